@@ -1,0 +1,101 @@
+#include "api/cost.h"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "api/job_request.h"
+
+namespace penumbra::api {
+
+namespace {
+
+SceneSize operator+(const SceneSize& a, const SceneSize& b) {
+  return {a.primitives + b.primitives, a.triangles + b.triangles, a.positions + b.positions,
+          a.smooth_triangles + b.smooth_triangles, a.polygon_vertices + b.polygon_vertices};
+}
+
+SceneSize size_of_mesh(const scene::Mesh& mesh) {
+  const std::size_t triangles = mesh.triangles.size();
+  return {0, triangles, mesh.positions.size(), mesh.normals.empty() ? 0 : triangles, 0};
+}
+
+// As deep as the groups, which the reader of bodies bounds.
+// NOLINTNEXTLINE(misc-no-recursion)
+SceneSize size_of_objects(const std::vector<scene::Object>& objects) {
+  SceneSize size;
+  for (const scene::Object& object : objects) {
+    ++size.primitives;
+    if (const auto* group = std::get_if<scene::Group>(&object.shape)) size = size + size_of_objects(group->objects);
+    if (const auto* mesh = std::get_if<scene::Mesh>(&object.shape)) size = size + size_of_mesh(*mesh);
+    if (const auto* polygon = std::get_if<scene::Polygon>(&object.shape)) {
+      size.polygon_vertices += polygon->vertices.size();
+    }
+  }
+  return size;
+}
+
+bool is_soft(const scene::Light& light) {
+  if (const auto* point = std::get_if<scene::PointLight>(&light)) return point->radius > 0;
+  if (const auto* spot = std::get_if<scene::SpotLight>(&light)) return spot->radius > 0;
+  if (const auto* distant = std::get_if<scene::DirectionalLight>(&light)) return distant->angular_radius_degrees > 0;
+  return true;
+}
+
+/// How many reflections or transmissions can follow each other before the recursion ends.
+int bounces(const JobRequest& request) {
+  double factor = 0;
+  for (const scene::Material& material : request.scene.materials) {
+    factor = std::max({factor, max_channel(material.reflection), max_channel(material.transmission)});
+  }
+  int count = 0;
+  double contribution = factor;
+  while (count < request.options.max_depth && contribution > 0 && contribution >= request.options.min_contribution) {
+    contribution *= factor;
+    ++count;
+  }
+  return count;
+}
+
+std::size_t memory_of(const SceneSize& size, const JobRequest& request, std::int64_t pixels) {
+  // Bytes, in doubles: what was read (kept while the scene is compiled), the compiled scene with its tree and, at the
+  // same time, what the tree is built from.
+  constexpr std::size_t read_triangle = 12, read_position = 24;
+  constexpr std::size_t compiled_triangle = 72, smooth_triangle = 72 + 24, leaf_triangle = 80, tree_nodes = 72;
+  constexpr std::size_t build_reference = 80;
+  constexpr std::size_t triangle = read_triangle + compiled_triangle + leaf_triangle + tree_nodes + build_reference;
+  constexpr std::size_t primitive = 768, polygon_vertex = read_position + triangle, material = 400, light = 400;
+  // The film, the means and errors that refinement keeps, and the bytes of the image.
+  constexpr std::size_t pixel = 36;
+  return size.triangles * triangle + size.positions * read_position + size.smooth_triangles * smooth_triangle +
+         size.primitives * primitive + size.polygon_vertices * polygon_vertex +
+         request.scene.materials.size() * material + request.scene.lights.size() * light +
+         static_cast<std::size_t>(pixels) * pixel;
+}
+
+}  // namespace
+
+SceneSize size_of(const scene::Description& description) {
+  SceneSize size = size_of_objects(description.objects);
+  for (const scene::Mesh& mesh : description.meshes) size = size + size_of_mesh(mesh);
+  return size;
+}
+
+CostEstimate estimate_cost(const JobRequest& request) {
+  const SceneSize size = size_of(request.scene);
+  CostEstimate cost;
+  cost.primitives = size.primitives;
+  cost.triangles = size.triangles;
+  cost.lights = request.scene.lights.size();
+  cost.pixels = std::int64_t{request.options.width} * request.options.height;
+  double light_samples = 0;
+  for (const scene::Light& light : request.scene.lights) {
+    light_samples += is_soft(light) ? request.options.shadow_samples : 1;
+  }
+  cost.work = static_cast<double>(cost.pixels) * request.options.samples_per_pixel * (1 + light_samples) *
+              (bounces(request) + 1);
+  cost.memory_bytes = memory_of(size, request, cost.pixels);
+  return cost;
+}
+
+}  // namespace penumbra::api

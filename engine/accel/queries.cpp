@@ -1,0 +1,265 @@
+#include "engine/accel/queries.h"
+
+#include <algorithm>
+
+#include "engine/accel/slab.h"
+#include "engine/accel/tree.h"
+#include "engine/accel/wide_tree.h"
+
+namespace penumbra::accel {
+namespace {
+
+using geometry::Crossings;
+using geometry::PreparedRay;
+using geometry::SelfPart;
+
+PreparedRay to_local(const Placement& placement, const PreparedRay& ray) {
+  return {placement.world_to_local.point(ray.origin), placement.world_to_local.vector(ray.direction)};
+}
+
+SelfPart self_part(const SurfaceId& self, std::uint32_t item) {
+  return self.item == item ? SelfPart{self.part} : std::nullopt;
+}
+
+/// Of a quadric or plane, in the item's own space.
+Crossings local_crossings(const World& world, const Item& item, const Vec3& origin, const Vec3& direction,
+                          SelfPart self) {
+  switch (item.kind) {
+    case Kind::sphere:
+      return crossings(world.spheres[item.index], origin, direction, self);
+    case Kind::plane:
+      return crossings(world.planes[item.index], origin, direction, self);
+    case Kind::tube:
+      return crossings(world.tubes[item.index], origin, direction, self);
+    case Kind::cylinder:
+      return crossings(world.cylinders[item.index], origin, direction, self);
+    case Kind::triangle:
+    case Kind::mesh:
+      break;
+  }
+  return {};
+}
+
+Crossings world_crossings(const World& world, const Item& item, const PreparedRay& ray, SelfPart self) {
+  if (item.placement == not_placed) return local_crossings(world, item, ray.origin, ray.direction, self);
+  const math::Affine& map = world.placements[item.placement].world_to_local;
+  return local_crossings(world, item, map.point(ray.origin), map.vector(ray.direction), self);
+}
+
+/// Calls use(mesh, ray) with the ray in the mesh's space.
+template <class Use>
+auto in_mesh_space(const World& world, const Item& item, const PreparedRay& ray, const Use& use) {
+  const MeshShape& mesh = world.meshes[item.index];
+  if (item.placement == not_placed) return use(mesh, ray);
+  return use(mesh, to_local(world.placements[item.placement], ray));
+}
+
+/// The best hit so far. `limit` is just beyond its t, so that a hit at equal t still gets to compete.
+struct Nearest {
+  std::optional<Hit> hit;
+  double limit;
+
+  void offer(double t, SurfaceId surface, double b1, double b2) {
+    if (hit && (t > hit->t || (t == hit->t && surface > hit->surface))) return;
+    hit = Hit{t, surface, b1, b2};
+    limit = std::nextafter(t, HUGE_VAL);
+  }
+};
+
+/// Visits leaves nearest first until one returns true; `limit()` may shrink on the way.
+template <class Limit, class Leaf>
+bool visit_in_order(const Tree& tree, const Tree::Node& node, const PreparedRay& ray, const Limit& limit,
+                    const Leaf& test_leaf) {
+  if (node.is_leaf()) return test_leaf(node);
+  const auto children = tree.children(node);
+  if (children.size() != 2) {
+    return std::any_of(children.begin(), children.end(), [&](const Tree::Node& child) {
+      return enter(child.box, ray, limit()) < HUGE_VAL && visit_in_order(tree, child, ray, limit, test_leaf);
+    });
+  }
+  const double first = enter(children[0].box, ray, limit()), second = enter(children[1].box, ray, limit());
+  const std::size_t near = second < first ? 1 : 0;
+  const double near_t = std::min(first, second), far_t = std::max(first, second);
+  if (near_t == HUGE_VAL) return false;
+  if (visit_in_order(tree, children[near], ray, limit, test_leaf)) return true;
+  return far_t < limit() && visit_in_order(tree, children[1 - near], ray, limit, test_leaf);
+}
+
+/// Calls at_triangle(id, vertices) and at_other(id) for what the ray may meet before `limit()`, roughly nearest first,
+/// until one returns true; tells whether one did.
+template <class Limit, class AtTriangle, class AtOther>
+bool search(const Tree& tree, const PreparedRay& ray, const Limit& limit, const AtTriangle& at_triangle,
+            const AtOther& at_other) {
+  if (const WideTree* wide = tree.wide()) {
+    struct Visitor final : RayVisitor {
+      Visitor(const Limit& l, const AtTriangle& t, const AtOther& o)
+          : RayVisitor(l()), now(l), at_triangle(t), at_other(o) {}
+      bool triangle(std::uint32_t id, const geometry::TriangleVertices& vertices) override {
+        return after(at_triangle(id, vertices));
+      }
+      bool other(std::uint32_t id) override { return after(at_other(id)); }
+      bool after(bool is_done) {
+        limit = now();
+        return is_done;
+      }
+      const Limit& now;
+      const AtTriangle& at_triangle;
+      const AtOther& at_other;
+    } visitor(limit, at_triangle, at_other);
+    return walk(*wide, ray, visitor);
+  }
+  return enter(tree.root().box, ray, limit()) < HUGE_VAL &&
+         visit_in_order(tree, tree.root(), ray, limit, [&](const Tree::Node& leaf) {
+           for (const LeafTriangle& triangle : tree.triangles(leaf)) {
+             if (at_triangle(triangle.id, triangle.vertices)) return true;
+           }
+           for (const std::uint32_t other : tree.others(leaf)) {
+             if (at_other(other)) return true;
+           }
+           return false;
+         });
+}
+
+void find_in_mesh(const MeshShape& mesh, std::uint32_t item, const PreparedRay& ray, const SurfaceId& self,
+                  Nearest& nearest) {
+  search(
+      *mesh.tree, ray, [&] { return nearest.limit; },
+      [&](std::uint32_t part, const geometry::TriangleVertices& triangle) {
+        if (self == SurfaceId{item, part}) return false;
+        if (const auto hit = intersect(triangle, ray, nearest.limit))
+          nearest.offer(hit->t, {item, part}, hit->b1, hit->b2);
+        return false;
+      },
+      [](std::uint32_t) { return false; });
+}
+
+void find_in_item(const World& world, std::uint32_t id, const PreparedRay& ray, const SurfaceId& self,
+                  Nearest& nearest) {
+  const Item& item = world.items[id];
+  if (item.kind == Kind::mesh) {
+    in_mesh_space(world, item, ray, [&](const MeshShape& mesh, const PreparedRay& local) {
+      find_in_mesh(mesh, id, local, self, nearest);
+    });
+    return;
+  }
+  const Crossings found = world_crossings(world, item, ray, self_part(self, id));
+  if (found.count > 0 && found.t[0] < nearest.limit) nearest.offer(found.t[0], {id, found.part[0]}, 0, 0);
+}
+
+/// Adds an item's crossings; false when it is opaque and crossed.
+bool cross_item(const World& world, std::uint32_t id, const PreparedRay& ray, const SurfaceId& self, double limit,
+                Crossed& crossed) {
+  const Item& item = world.items[id];
+  if (item.kind != Kind::mesh) {
+    const Crossings found = world_crossings(world, item, ray, self_part(self, id));
+    for (int i = 0; i < found.count && found.t[i] < limit; ++i) {
+      if (item.is_opaque) return false;
+      crossed.add(id);
+    }
+    return true;
+  }
+  return in_mesh_space(world, item, ray, [&](const MeshShape& mesh, const PreparedRay& local) {
+    return !search(
+        *mesh.tree, local, [&] { return limit; },
+        [&](std::uint32_t part, const geometry::TriangleVertices& triangle) {
+          if (self == SurfaceId{id, part} || !intersect(triangle, local, limit)) return false;
+          if (!item.is_opaque) crossed.add(id);
+          return item.is_opaque;
+        },
+        [](std::uint32_t) { return false; });
+  });
+}
+
+}  // namespace
+
+const std::vector<std::uint32_t>& Crossed::sorted() {
+  std::sort(items_.begin(), items_.end());
+  return items_;
+}
+
+std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit) {
+  const PreparedRay prepared(ray.origin, ray.direction);
+  Nearest nearest{std::nullopt, limit};
+  for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, prepared, ray.self, nearest);
+  search(
+      *world.tree, prepared, [&] { return nearest.limit; },
+      [&](std::uint32_t item, const geometry::TriangleVertices& triangle) {
+        if (item == ray.self.item) return false;
+        if (const auto hit = intersect(triangle, prepared, nearest.limit))
+          nearest.offer(hit->t, {item, 0}, hit->b1, hit->b2);
+        return false;
+      },
+      [&](std::uint32_t item) {
+        find_in_item(world, item, prepared, ray.self, nearest);
+        return false;
+      });
+  return nearest.hit;
+}
+
+bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed) {
+  const PreparedRay prepared(ray.origin, ray.direction);
+  for (const std::uint32_t item : world.infinite_items) {
+    if (!cross_item(world, item, prepared, ray.self, limit, crossed)) return false;
+  }
+  return !search(
+      *world.tree, prepared, [&] { return limit; },
+      [&](std::uint32_t item, const geometry::TriangleVertices& triangle) {
+        if (item == ray.self.item || !intersect(triangle, prepared, limit)) return false;
+        if (!world.items[item].is_opaque) crossed.add(item);
+        return world.items[item].is_opaque;
+      },
+      [&](std::uint32_t item) { return !cross_item(world, item, prepared, ray.self, limit, crossed); });
+}
+
+int count_crossings(const World& world, std::uint32_t id, const Ray& ray, double limit) {
+  const PreparedRay prepared(ray.origin, ray.direction);
+  const Crossings found = world_crossings(world, world.items[id], prepared, self_part(ray.self, id));
+  return static_cast<int>(std::count_if(found.t, found.t + found.count, [&](double t) { return t < limit; }));
+}
+
+geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit& hit) {
+  const Item& item = world.items[hit.surface.item];
+  if (item.kind == Kind::triangle) return point_on(world.triangles[item.index], hit.b1, hit.b2);
+  const Placement* placement = item.placement == not_placed ? nullptr : &world.placements[item.placement];
+  const auto local_point = [&]() -> geometry::SurfacePoint {
+    if (item.kind == Kind::mesh) {
+      const MeshShape& mesh = world.meshes[item.index];
+      geometry::SurfacePoint point = point_on(mesh.triangles[hit.surface.part], hit.b1, hit.b2);
+      if (!mesh.normals.empty()) {
+        const auto& n = mesh.normals[hit.surface.part];
+        const Vec3 sum = n[0] * (1 - hit.b1 - hit.b2) + n[1] * hit.b1 + n[2] * hit.b2;
+        if (math::max_component(math::abs(sum)) > 0) point.shading_normal = math::normalize(sum);
+      }
+      return point;
+    }
+    const Vec3 world_point = ray.origin + ray.direction * hit.t;
+    const Vec3 near = placement == nullptr ? world_point : placement->world_to_local.point(world_point);
+    switch (item.kind) {
+      case Kind::sphere:
+        return geometry::surface_at(world.spheres[item.index], near, hit.surface.part);
+      case Kind::plane:
+        return geometry::surface_at(world.planes[item.index], near, hit.surface.part);
+      case Kind::tube:
+        return geometry::surface_at(world.tubes[item.index], near, hit.surface.part);
+      default:
+        return geometry::surface_at(world.cylinders[item.index], near, hit.surface.part);
+    }
+  };
+  geometry::SurfacePoint point = local_point();
+  if (placement == nullptr) return point;
+  // Into the world: the map's own rounding, and that of taking the next ray back into this space, count as error too.
+  const math::Affine &out = placement->local_to_world, &in = placement->world_to_local;
+  const auto abs_vector = [](const math::Affine& map, const Vec3& v) {
+    return math::abs(map.column[0]) * v.x + math::abs(map.column[1]) * v.y + math::abs(map.column[2]) * v.z;
+  };
+  const Vec3 local_size = math::abs(point.position);
+  point.position = out.point(point.position);
+  const Vec3 back = abs_vector(in, math::abs(point.position)) + math::abs(in.translation);
+  point.error = abs_vector(out, point.error + back * math::gamma(8) + local_size * math::gamma(8)) +
+                math::abs(out.translation) * math::gamma(8);
+  point.normal = math::normalize(in.transposed_vector(point.normal));
+  point.shading_normal = math::normalize(in.transposed_vector(point.shading_normal));
+  return point;
+}
+
+}  // namespace penumbra::accel

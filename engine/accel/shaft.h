@@ -1,0 +1,90 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "engine/accel/world.h"
+#include "engine/geometry/ray.h"
+#include "engine/math/bounds.h"
+
+namespace penumbra::accel {
+
+/// The convex hull of a point and a planar convex quadrilateral seen from it, or the infinite pyramid through four
+/// directions. Tests are conservative: what they reject no segment from the apex into the quadrilateral can cross,
+/// rounding included.
+class Shaft {
+ public:
+  /// `corners` in order around the quadrilateral: points, or directions when `is_infinite`.
+  Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite);
+
+  bool misses(const math::Bounds& box) const;
+  bool misses(const geometry::TriangleVertices& triangle) const;
+  bool misses(const geometry::SphereShape& sphere) const;
+  /// Every segment from the apex into the quadrilateral crosses the triangle.
+  bool is_covered_by(const geometry::TriangleVertices& triangle) const;
+
+  /// The same test for boxes in single precision: outside where outward·x > offset at the box's nearest corner, beyond
+  /// `slack`, or outside [lower, upper]. Rows are WideTree::Node's: lower x, y, z, upper x, y, z.
+  struct BoxPlanes {
+    struct Plane {
+      float outward[3], offset, slack;
+      int nearest_row[3];
+    };
+    Plane plane[6];
+    int count;
+    float lower[3], upper[3];
+  };
+  BoxPlanes box_planes() const;
+
+  Shaft in_space_of(const Placement& placement) const;
+  const Vec3& apex() const { return apex_; }
+  /// From the apex to the corners (or the corner directions).
+  const std::array<Vec3, 4>& edges() const { return edges_; }
+  bool is_infinite() const { return is_infinite_; }
+
+ private:
+  bool is_apart(const Vec3& lower, const Vec3& upper) const;
+
+  struct Side {
+    Vec3 outward, size;  // outward·(x − apex) ≤ offset inside; size = |outward|
+    double offset, slack;
+  };
+  Vec3 apex_;
+  std::array<Vec3, 4> corners_, edges_;
+  bool is_infinite_;
+  std::array<Side, 6> sides_;
+  int side_count_;
+  math::Bounds bounds_;
+};
+
+/// Something that may cross the shaft.
+struct Candidate {
+  SurfaceId surface;
+  bool is_opaque = true;
+  bool is_triangle = false;
+  geometry::TriangleVertices triangle;  // in world space; only if is_triangle
+};
+
+/// The surfaces that may cross a shaft; made to be gathered again and again without allocating. Not to be shared.
+class Candidates {
+ public:
+  static constexpr int capacity = 48;
+
+  /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross, except `self` where it
+  /// is flat.
+  void gather(const World& world, const Shaft& shaft, const SurfaceId& self);
+
+  std::span<const Candidate> list() const { return {list_.data(), static_cast<std::size_t>(count_)}; }
+  /// More than `capacity` may cross the shaft: the list is of no use.
+  bool has_overflowed() const { return has_overflowed_; }
+  /// One opaque surface crosses every segment of the shaft.
+  bool is_dark() const { return is_dark_; }
+
+ private:
+  class Search;
+  std::array<Candidate, capacity> list_;
+  int count_ = 0;
+  bool has_overflowed_ = false, is_dark_ = false;
+};
+
+}  // namespace penumbra::accel

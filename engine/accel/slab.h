@@ -1,0 +1,26 @@
+#pragma once
+#include "engine/geometry/triangle.h"
+#include "engine/math/bounds.h"
+#include "engine/math/error_free.h"
+
+namespace penumbra::accel {
+
+/// Where the ray enters the box, or +infinity if it misses [0, limit]. Conservative: it never misses a box that holds
+/// something a shape's own test would find. A NaN (a ray in the plane of a face) counts as inside that slab.
+///
+/// The interval is widened by 2γ(3) for the slab's own rounding (PBR section 6.1.2) and by 2γ(5) for that of the
+/// triangle test, whose sheared vertices are as wrong as a ray shifted by that share of the distance.
+inline double enter(const math::Bounds& box, const geometry::PreparedRay& ray, double limit) {
+  constexpr double widen = 1 + 2 * math::gamma(3) + 2 * math::gamma(5);
+  double near = 0, far = limit;
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool backwards = std::signbit(ray.inverse[axis]);
+    const double t0 = ((backwards ? box.upper[axis] : box.lower[axis]) - ray.origin[axis]) * ray.inverse[axis];
+    const double t1 = ((backwards ? box.lower[axis] : box.upper[axis]) - ray.origin[axis]) * ray.inverse[axis] * widen;
+    near = t0 > near ? t0 : near;
+    far = t1 < far ? t1 : far;
+  }
+  return near <= far * widen ? near : HUGE_VAL;
+}
+
+}  // namespace penumbra::accel

@@ -1,0 +1,63 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/geometry/quadrics.h"
+#include "engine/geometry/triangle.h"
+#include "engine/math/affine.h"
+#include "engine/math/bounds.h"
+
+namespace penumbra::accel {
+
+using geometry::SurfaceId;
+using math::Vec3;
+
+class Tree;
+
+/// A triangle mesh in its own space, with the structure that finds its triangles; may be shared by many items.
+struct MeshShape {
+  std::vector<geometry::TriangleVertices> triangles;
+  std::vector<std::array<Vec3, 3>> normals;  // unit, three a triangle; empty for flat shading
+  std::shared_ptr<const Tree> tree;
+  math::Bounds bounds;
+};
+
+enum class Kind : std::uint8_t { triangle, sphere, plane, tube, cylinder, mesh };
+
+/// Rays are taken into the space of a placed item, where t keeps its meaning.
+struct Placement {
+  math::Affine local_to_world, world_to_local;
+};
+inline constexpr std::uint32_t not_placed = 0xffffffff;
+
+/// One thing rays can meet. `index` points into the array of its kind, `placement` into World::placements. Triangles
+/// and planes are never placed: their world-space values are exact enough.
+struct Item {
+  Kind kind = Kind::triangle;
+  bool is_opaque = true;
+  std::uint32_t index = 0;
+  std::uint32_t placement = not_placed;
+};
+
+/// Every surface of a scene, in the scene's order: an item's index is its SurfaceId::item, and decides ties; for a mesh
+/// SurfaceId::part is the triangle. Immutable once compiled; may be shared between threads.
+struct World {
+  std::vector<Item> items;
+  std::vector<geometry::TriangleVertices> triangles;
+  std::vector<geometry::SphereShape> spheres;
+  std::vector<geometry::PlaneShape> planes;
+  std::vector<geometry::TubeShape> tubes;
+  std::vector<geometry::CylinderShape> cylinders;
+  std::vector<MeshShape> meshes;
+  std::vector<Placement> placements;
+  std::shared_ptr<const Tree> tree;  // over the finite items
+  std::vector<std::uint32_t> infinite_items;
+};
+
+/// Enclosing box of an item in world space, rounded outwards; nothing for an infinite one.
+std::optional<math::Bounds> bounds_of(const World& world, const Item& item);
+
+}  // namespace penumbra::accel

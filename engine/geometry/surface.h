@@ -1,0 +1,40 @@
+#pragma once
+#include "engine/geometry/ray.h"
+#include "engine/math/error_free.h"
+#include "engine/math/vec3.h"
+
+namespace penumbra::geometry {
+
+/// Where a ray meets a surface.
+struct SurfacePoint {
+  Vec3 position;
+  Vec3 error;           // bounds, per coordinate, how far `position` is off the surface
+  Vec3 normal;          // geometric, unit, outward (counter-clockwise winding)
+  Vec3 shading_normal;  // unit; the interpolated one of a smooth mesh, else `normal`
+};
+
+/// Up to two crossings of a closed surface, in ascending order of t; `part` as in SurfaceId.
+struct Crossings {
+  int count = 0;
+  double t[2]{};
+  std::uint32_t part[2]{};
+
+  void add(double distance, std::uint32_t which) { t[count] = distance, part[count] = which, ++count; }
+};
+
+/// The nearest representable start for a ray that leaves `at` towards `direction`: moved along the normal, to the side
+/// the direction points to, by no more than the position's error bound – so the origin lies on that side of the
+/// surface. Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.8.6.
+inline Vec3 leave_surface(const SurfacePoint& at, const Vec3& direction) {
+  const double side = math::dot(direction, at.normal) < 0 ? -1.0 : 1.0;
+  const double distance = math::dot(math::abs(at.normal), at.error);
+  const Vec3 offset = at.normal * (side * distance);
+  Vec3 start = at.position + offset;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (offset[axis] == 0) continue;
+    start[axis] = std::nextafter(start[axis], offset[axis] > 0 ? HUGE_VAL : -HUGE_VAL);
+  }
+  return start;
+}
+
+}  // namespace penumbra::geometry

@@ -1,0 +1,53 @@
+#include "engine/output/encode.h"
+
+#include <dlfcn.h>
+
+#include <filesystem>
+#include <future>
+#include <stdexcept>
+
+#include "engine/output/image_module.h"
+#include "engine/output/png.h"
+#include "engine/output/transfer.h"
+
+namespace penumbra::output {
+namespace {
+
+WriteImage load_module() {
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
+  const std::filesystem::path module = program.parent_path().parent_path() / "lib" / "penumbra_image.so";
+  void* handle = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) throw std::runtime_error(std::string("cannot load the image writer: ") + dlerror());
+  void* symbol = dlsym(handle, write_image_symbol);
+  if (symbol == nullptr) throw std::runtime_error("the image writer has no " + std::string(write_image_symbol));
+  return reinterpret_cast<WriteImage>(symbol);
+}
+
+/// Loading takes a fifth of a second, so it runs beside whatever else there is to do, once.
+const std::shared_future<WriteImage>& image_writer() {
+  static const std::shared_future<WriteImage> writer = std::async(std::launch::async, load_module).share();
+  return writer;
+}
+
+}  // namespace
+
+void preload() { image_writer(); }
+
+Encoding encoding_of(const scene::Options& options) { return {options.format, options.transfer, options.bit_depth}; }
+
+std::string media_type(scene::ImageFormat format) {
+  return format == scene::ImageFormat::png ? "image/png" : "image/x-exr";
+}
+
+std::string encode(const render::Film& film, const Encoding& encoding) {
+  if (encoding.format == scene::ImageFormat::png) {
+    return encoding.bit_depth == 16 ? png_bytes(film.width, film.height, to_16_bit(film, encoding.transfer))
+                                    : png_bytes(film.width, film.height, to_8_bit(film, encoding.transfer));
+  }
+  ImageResult result;
+  image_writer().get()({film.width, film.height, film.rgb.data(), "exr"}, &result);
+  if (!result.is_written) throw std::runtime_error("cannot write the image: " + result.bytes_or_reason);
+  return std::move(result.bytes_or_reason);
+}
+
+}  // namespace penumbra::output

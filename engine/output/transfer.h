@@ -1,0 +1,14 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "engine/render/film.h"
+#include "engine/scene/options.h"
+
+namespace penumbra::output {
+
+/// Every value of the film clamped to [0, 1], through the transfer curve, × 255 or × 65535, rounded to nearest.
+std::vector<std::uint8_t> to_8_bit(const render::Film& film, scene::Transfer transfer);
+std::vector<std::uint16_t> to_16_bit(const render::Film& film, scene::Transfer transfer);
+
+}  // namespace penumbra::output

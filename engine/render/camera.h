@@ -1,0 +1,26 @@
+#pragma once
+#include "engine/geometry/ray.h"
+#include "engine/sampling/patterns.h"
+#include "engine/scene/camera.h"
+
+namespace penumbra::render {
+
+/// Camera rays of a width × height image, as the contract (section 1) places them.
+class Camera {
+ public:
+  Camera(const scene::Camera& camera, int width, int height);
+
+  /// Through the image position (x, y) in pixels from the top left corner – the first pixel's centre is (½, ½) – and
+  /// the point `lens` of the unit disc. The direction is unit.
+  geometry::Ray ray(double x, double y, const sampling::Point2& lens) const;
+  bool has_lens() const { return aperture_radius_ > 0; }
+
+ private:
+  math::Vec3 position_, direction_, right_, up_;  // the last three orthonormal
+  double plane_width_, plane_height_, plane_distance_;
+  double image_width_, image_height_;  // pixels
+  bool is_orthographic_;
+  double aperture_radius_ = 0, focus_distance_ = 1;
+};
+
+}  // namespace penumbra::render

@@ -1,0 +1,50 @@
+#pragma once
+#include <algorithm>
+#include <atomic>
+#include <memory>
+
+#include "engine/math/color.h"
+#include "engine/render/film.h"
+
+namespace penumbra::render {
+
+/// The film while it is being painted, in square tiles numbered row by row. A tile may be written by one thread; once
+/// it is marked done any thread may read it.
+class Canvas {
+ public:
+  static constexpr int tile_edge = 32;  // pixels
+
+  struct Tile {
+    int left, top, right, bottom;  // pixels, right and bottom exclusive
+  };
+
+  /// `backdrop`, if any, shows where no tile is done yet; it must be as large.
+  Canvas(int width, int height, std::shared_ptr<const Canvas> backdrop = nullptr)
+      : film_(width, height),
+        backdrop_(std::move(backdrop)),
+        columns_((width + tile_edge - 1) / tile_edge),
+        rows_((height + tile_edge - 1) / tile_edge),
+        is_done_(std::make_unique<std::atomic<bool>[]>(static_cast<std::size_t>(tile_count()))) {}
+
+  int tile_count() const { return columns_ * rows_; }
+  Tile tile(int index) const {
+    const int left = index % columns_ * tile_edge, top = index / columns_ * tile_edge;
+    return {left, top, std::min(left + tile_edge, film_.width), std::min(top + tile_edge, film_.height)};
+  }
+  void set(int column, int row, const math::Color& color) {
+    float* rgb = film_.rgb.data() + film_.offset(column, row);
+    rgb[0] = static_cast<float>(color.r), rgb[1] = static_cast<float>(color.g), rgb[2] = static_cast<float>(color.b);
+  }
+  void mark_done(int index) { is_done_[static_cast<std::size_t>(index)].store(true, std::memory_order_release); }
+
+  /// A copy of the tiles that are done; the rest is the backdrop's, or black.
+  Film done_tiles() const;
+
+ private:
+  Film film_;
+  std::shared_ptr<const Canvas> backdrop_;
+  int columns_, rows_;
+  std::unique_ptr<std::atomic<bool>[]> is_done_;
+};
+
+}  // namespace penumbra::render

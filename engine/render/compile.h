@@ -1,0 +1,21 @@
+#pragma once
+#include "engine/scene/description.h"
+#include "engine/scene/options.h"
+#include "engine/shading/scene.h"
+
+namespace penumbra::render {
+
+struct CompileSettings {
+  scene::Acceleration acceleration = scene::Acceleration::bvh;
+  bool merge_lights = true;
+};
+
+struct Compiled {
+  shading::Scene scene;
+  std::uint64_t merged_lights = 0;  // equal to another light, and added to it
+};
+
+/// What rays need, from what people wrote: transforms applied, polygons split, structures built, lights prepared.
+Compiled compile(const scene::Description& description, const CompileSettings& settings);
+
+}  // namespace penumbra::render

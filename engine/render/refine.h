@@ -1,0 +1,49 @@
+#pragma once
+#include <functional>
+#include <vector>
+
+#include "engine/render/camera.h"
+#include "engine/scene/options.h"
+#include "engine/shading/integrator.h"
+
+namespace penumbra::render {
+
+/// One sweep over the image: a sample block every `stride` pixels, with these numbers of samples.
+struct Pass {
+  int stride = 1;
+  int samples_per_pixel = 1, shadow_samples = 64;
+  std::uint64_t work = 0;  // arbitrary units, comparable between the passes of one render
+};
+
+/// A single pass at the options' sample counts; with a time budget, coarse to fine in steps of four up to them.
+std::vector<Pass> plan_passes(const scene::Options& options);
+
+/// Chooses and averages the samples of a pixel. Immutable; may be shared between threads.
+class PixelSampler {
+ public:
+  PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options, const Pass& pass,
+               bool use_candidates);
+
+  struct Pixel {
+    math::Color color;
+    double squared_error = 0;  // estimated, summed over the channels; 0 where clamping hides it
+  };
+  /// Depends on seed, pixel and pass alone.
+  Pixel sample(int column, int row, shading::Integrator& integrator) const;
+
+  /// An integrator for `sample`, for one thread.
+  shading::Integrator integrator(const std::function<bool()>& is_stopped) const;
+
+ private:
+  Pixel with_camera_samples(int column, int row, shading::Integrator& integrator) const;
+  Pixel with_one_camera_ray(int column, int row, shading::Integrator& integrator) const;
+
+  const shading::Scene& scene_;
+  const Camera& camera_;
+  scene::Options options_;
+  int samples_per_pixel_;
+  bool use_candidates_;
+  std::vector<shading::DiscSampling> samplings_;  // ascending counts; the last is the cap
+};
+
+}  // namespace penumbra::render

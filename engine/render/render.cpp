@@ -1,0 +1,120 @@
+#include "engine/render/render.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "engine/render/camera.h"
+#include "engine/render/canvas.h"
+#include "engine/render/compile.h"
+#include "engine/render/refine.h"
+#include "engine/shading/integrator.h"
+
+namespace penumbra::render {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::uint64_t merged_lights) {
+  return {{"lights_facing_away", c.lights_facing_away},
+          {"lights_without_effect", c.lights_without_effect},
+          {"merged_lights", merged_lights},
+          {"negligible_rays", c.negligible_rays},
+          {"shadow_rays_covered", c.shadow_rays_covered},
+          {"shadow_rays_dark", c.shadow_rays_dark},
+          {"shadow_rays_listed", c.shadow_rays_listed},
+          {"shadow_rays_lit", c.shadow_rays_lit}};
+}
+
+/// What painting a tile leaves behind. Summed in tile order, so that it depends on nothing else.
+struct TileRecord {
+  shading::Counters counters;  // of every pass
+  double squared_error = 0;    // summed over pixels and channels, of the last pass that was finished
+};
+
+/// Paints one tile into `canvas`; false if `is_stopped` cut it short.
+bool paint(const Canvas::Tile& tile, int stride, const PixelSampler& sampler, const std::function<bool()>& is_stopped,
+           Canvas& canvas, TileRecord& record) {
+  shading::Integrator integrator = sampler.integrator(is_stopped);
+  double squared_error = 0;
+  for (int row = tile.top; row < tile.bottom && !is_stopped(); row += stride) {
+    for (int column = tile.left; column < tile.right; column += stride) {
+      const int right = std::min(column + stride, tile.right), bottom = std::min(row + stride, tile.bottom);
+      const PixelSampler::Pixel pixel = sampler.sample((column + right - 1) / 2, (row + bottom - 1) / 2, integrator);
+      for (int y = row; y < bottom; ++y) {
+        for (int x = column; x < right; ++x) canvas.set(x, y, pixel.color);
+      }
+      squared_error += pixel.squared_error * (right - column) * (bottom - row);
+    }
+  }
+  record.counters += integrator.counters();
+  if (is_stopped()) return false;
+  record.squared_error = squared_error;
+  return true;
+}
+
+}  // namespace
+
+int thread_limit(int threads, int pool_size) {
+  if (threads == scene::serial) return 1;
+  if (threads == scene::cores_less_two) return std::clamp(available_cores() - 2, 1, pool_size);
+  return threads < 0 ? pool_size : std::min(threads, pool_size);
+}
+
+std::optional<Picture> render(const scene::Description& description, const scene::Options& options, Pool& pool,
+                              Control& control, const Switches& switches) {
+  const Clock::time_point start = Clock::now();
+  const Compiled compiled = compile(description, {options.acceleration, switches.merge_lights});
+  Picture picture;
+  picture.stats.build_s = seconds_since(start);
+  if (control.is_canceled()) return std::nullopt;
+
+  const Clock::time_point render_start = Clock::now();
+  const Camera camera(description.camera, options.width, options.height);
+  const std::vector<Pass> passes = plan_passes(options);
+  std::uint64_t work_total = 0;
+  for (const Pass& pass : passes) work_total += pass.work;
+  const auto is_out_of_time = [&] {
+    return options.time_budget_s && seconds_since(render_start) > *options.time_budget_s;
+  };
+
+  std::shared_ptr<Canvas> canvas;
+  std::vector<TileRecord> records;
+  for (const Pass& pass : passes) {
+    canvas = std::make_shared<Canvas>(options.width, options.height, canvas);
+    control.attach(canvas, work_total);
+    const PixelSampler sampler(compiled.scene, camera, options, pass, switches.shadow_candidates);
+    // The first pass is cheap and must cover the picture; only later ones give way to the budget.
+    const bool is_first = &pass == &passes.front();
+    const std::function<bool()> is_stopped = [&] { return control.is_canceled() || (!is_first && is_out_of_time()); };
+    records.resize(static_cast<std::size_t>(canvas->tile_count()));
+    const std::uint64_t tile_work = pass.work / records.size();
+    pool.run(canvas->tile_count(), thread_limit(options.threads, pool.size()), [&](std::int64_t task) {
+      const int index = static_cast<int>(task);
+      if (!paint(canvas->tile(index), pass.stride, sampler, is_stopped, *canvas,
+                 records[static_cast<std::size_t>(index)]))
+        return;
+      canvas->mark_done(index);
+      control.advance(tile_work);
+    });
+    if (control.is_canceled()) return std::nullopt;
+    if (is_out_of_time()) break;
+  }
+  control.finish();
+  shading::Counters counters;
+  double squared_error = 0;
+  for (const TileRecord& record : records) counters += record.counters, squared_error += record.squared_error;
+  picture.stats.estimated_error = std::sqrt(squared_error / (3.0 * options.width * options.height));
+  picture.film = canvas->done_tiles();
+  picture.stats.render_s = seconds_since(render_start);
+  picture.stats.rays = {counters.camera, counters.shadow, counters.reflection, counters.transmission};
+  picture.stats.skipped = skipped(counters, compiled.merged_lights);
+  return picture;
+}
+
+}  // namespace penumbra::render

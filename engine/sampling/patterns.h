@@ -1,0 +1,62 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "engine/sampling/hash.h"
+
+namespace penumbra::sampling {
+
+struct Point2 {
+  double x, y;
+};
+
+/// Point `index` of a (0, 2)-sequence in [0, 1)²: Sobol' with the hash-based nested uniform scrambling of Burley,
+/// "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020. Every prefix is well spread; each point is uniform over
+/// keys.
+Point2 sobol_owen(std::uint32_t index, const Key& key);
+
+/// `count` points in the unit disc, a rotated and shifted Vogel spiral: radius √((i + shift)/count), angle i golden
+/// angles + rotation. Each point is uniform over keys; the error of a disc's covered share falls like count^−0.75.
+class DiscSpiral {
+ public:
+  explicit DiscSpiral(int count);
+  int count() const { return static_cast<int>(cosine_.size()); }
+  /// Point `index` under the rotation and shift that `key` names.
+  struct Turn {
+    double cosine, sine, shift;
+  };
+  static Turn turn(const Key& key);
+  Point2 point(int index, const Turn& turn) const;
+
+ private:
+  std::vector<double> cosine_, sine_;
+  double inverse_count_;
+};
+
+/// `count` parallel chords of the unit disc, at offsets cos φ with φ = (i + shift)·π/count and weights in proportion to
+/// sin² φ: the trapezoidal rule for ∫ over offsets, unbiased over shifts. The error of a covered share falls like
+/// count^−1.5, and like count^−2 and faster where the chords cross the cover's edge.
+class DiscChords {
+ public:
+  /// `count` ≥ 2.
+  explicit DiscChords(int count);
+  int count() const { return static_cast<int>(cosine_.size()); }
+  struct Chord {
+    double offset, half_length, weight;  // weights add up to 1
+  };
+  struct Shift {
+    double cosine, sine;
+  };
+  /// `shift` in [0, 1).
+  Shift shifted(double shift) const;
+  Chord chord(int index, const Shift& shift) const;
+
+ private:
+  std::vector<double> cosine_, sine_;
+};
+
+/// A uniform point of the unit disc, from one of the unit square, keeping neighbours together. Shirley, Chiu, "A Low
+/// Distortion Map Between Disk and Square", 1997.
+Point2 square_to_disc(const Point2& square);
+
+}  // namespace penumbra::sampling

@@ -1,0 +1,247 @@
+#include "engine/shading/integrator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/math/elementary.h"
+#include "engine/sampling/directions.h"
+#include "engine/shading/phong.h"
+
+namespace penumbra::shading {
+namespace {
+
+using math::dot;
+
+// Places inside a path's key.
+constexpr std::uint64_t reflected_path = 1, transmitted_path = 2, first_light = 16;
+
+/// The product, where 0 × anything is 0 – an overflowing light on a black surface stays black.
+Color filtered(const Color& a, const Color& b) {
+  const auto product = [](double x, double y) { return x == 0 || y == 0 ? 0 : x * y; };
+  return {product(a.r, b.r), product(a.g, b.g), product(a.b, b.b)};
+}
+
+/// Light arriving from direction l reaches the viewer only when both are on one side of the surface.
+bool is_on_viewers_side(const ShadingPoint& at, const Vec3& towards_light) { return dot(at.facing, towards_light) > 0; }
+
+/// Snell's refraction of the unit `v` at the unit normal `n` (facing v), `ratio` = ior outside / inside. Nothing under
+/// total internal reflection.
+std::optional<Vec3> refracted(const Vec3& v, const Vec3& n, double ratio) {
+  const double cosine = -dot(v, n);
+  const double sine_squared = ratio * ratio * std::max(0.0, 1 - cosine * cosine);
+  if (sine_squared >= 1) return std::nullopt;
+  return math::normalize(v * ratio + n * (ratio * cosine - std::sqrt(1 - sine_squared)));
+}
+
+}  // namespace
+
+Integrator::Integrator(const Scene& scene, const IntegratorSettings& settings, const std::function<bool()>& is_canceled)
+    : scene_(scene),
+      settings_(settings),
+      is_canceled_(is_canceled),
+      shadows_(scene, settings.use_candidates, counters_) {}
+
+Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key) {
+  sampling_ = &sampling;
+  variance_ = math::black;
+  ++counters_.camera;
+  const Color value = radiance(ray, 0, math::white, key);
+  return {value, variance_};
+}
+
+Color Integrator::radiance(const geometry::Ray& ray, int depth, const Color& weight, const sampling::Key& key) {
+  if (is_canceled_()) return math::black;
+  const std::optional<accel::Hit> hit = accel::closest_hit(scene_.world, ray);
+  if (!hit) return scene_.background;
+  ShadingPoint at;
+  at.surface = accel::surface_at(scene_.world, ray, *hit);
+  at.id = hit->surface;
+  at.material = &scene_.materials[scene_.item_material[hit->surface.item]];
+  at.view = ray.direction;
+  at.facing = dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
+
+  Color result = at.material->emission;
+  if (depth == 0) result += scene_.ambient * at.material->ambient;
+  if (at.material->is_lit) result += direct(at, weight, key);
+  if (depth < settings_.max_depth) result += secondary(at, depth, weight, key);
+  return result;
+}
+
+Color Integrator::direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key) {
+  Color sum;
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    sum += std::visit([&](const auto& light) { return lit_by(light, at, weight, key.at(first_light + i)); },
+                      scene_.lights[i]);
+  }
+  return sum;
+}
+
+Color Integrator::visible(const Color& share, const Visibility& visibility, const Color& weight) {
+  const Color scale = filtered(filtered(share, weight), filtered(share, weight));
+  variance_ += filtered(scale, visibility.variance);
+  return filtered(share, visibility.mean);
+}
+
+Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight,
+                         const sampling::Key& key) {
+  const Vec3 towards = light.position - at.surface.position;
+  if (!is_on_viewers_side(at, towards)) return ++counters_.lights_facing_away, math::black;
+  const double distance = math::length(towards);
+  const Vec3 l = towards * (-1 / distance);
+  double strength = 1;
+  if (light.is_spot) {
+    const double cosine = dot(light.direction, l);
+    strength = cosine < light.cutoff_cosine ? 0 : math::power(std::clamp(cosine, 0.0, 1.0), light.exponent);
+  }
+  const Color lobe = phong(at, l) * strength;
+  if (math::is_black(lobe)) return ++counters_.lights_without_effect, math::black;
+  const double divisor = light.attenuation.constant + light.attenuation.linear * distance +
+                         light.attenuation.quadratic * distance * distance;
+  const Color share = filtered(light.intensity * (1 / std::max(divisor, 1e-300)), lobe);
+  if (math::is_black(share)) return ++counters_.lights_without_effect, math::black;
+  if (light.radius == 0) return filtered(share, shadows_.transmittance(at, towards, 1));
+  const math::Frame frame = math::frame_around(l);
+  return visible(share, shadows_.disc(at, towards, frame.u * light.radius, frame.v * light.radius, 1, *sampling_, key),
+                 weight);
+}
+
+Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight,
+                         const sampling::Key& key) {
+  const Vec3 towards = -light.direction;
+  if (!is_on_viewers_side(at, towards)) return ++counters_.lights_facing_away, math::black;
+  const Color share = filtered(light.intensity, phong(at, light.direction));
+  if (math::is_black(share)) return ++counters_.lights_without_effect, math::black;
+  if (light.tangent == 0) return filtered(share, shadows_.transmittance(at, towards, HUGE_VAL));
+  const math::Frame frame = math::frame_around(towards);
+  return visible(
+      share, shadows_.disc(at, towards, frame.u * light.tangent, frame.v * light.tangent, HUGE_VAL, *sampling_, key),
+      weight);
+}
+
+Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight,
+                         const sampling::Key& key) {
+  const Vec3 corner = light.corner - at.surface.position;
+  const double height = -dot(light.normal, corner);
+  if (!(height > 0)) return ++counters_.lights_facing_away, math::black;
+  const std::array<Vec3, 4> corners{corner, corner + light.edge_u, corner + light.edge_u + light.edge_v,
+                                    corner + light.edge_v};
+  if (std::none_of(corners.begin(), corners.end(), [&](const Vec3& c) { return is_on_viewers_side(at, c); }))
+    return ++counters_.lights_facing_away, math::black;
+
+  const Shadows::Verdict verdict = shadows_.classify(at, corners, false);
+  const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
+  if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
+  const auto seen = light.is_right_angled ? sampling::SphericalRectangle::seen_from(at.surface.position, light.corner,
+                                                                                    light.edge_u, light.edge_v)
+                                          : std::nullopt;
+  // The light often lies in a surface of the scene (a lamp in a ceiling): its samples sit that much in front of it.
+  const Vec3 lifted = light.normal * (math::gamma(32) * dot(math::abs(light.normal),
+                                                            math::abs(light.corner) + math::abs(at.surface.position)));
+  Color sum, sum_of_squares;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const sampling::Point2 square = sampling::sobol_owen(i, key);
+    const Vec3 towards =
+        (seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y) + lifted;
+    if (!is_on_viewers_side(at, towards)) continue;
+    const double distance = math::length(towards);
+    const double measure = seen ? seen->solid_angle() : light.area * height / (distance * distance * distance);
+    const Color share = phong(at, towards * (-1 / distance)) * (measure / math::pi);
+    if (math::is_black(share)) continue;
+    const Color value =
+        filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
+    sum += value;
+    sum_of_squares += value * value;
+  }
+  return averaged_area_light(sum, sum_of_squares, weight);
+}
+
+Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight,
+                         const sampling::Key& key) {
+  const Vec3 axis = light.center - at.surface.position;
+  if (!(dot(at.facing, axis) > -light.radius)) return ++counters_.lights_facing_away, math::black;
+  const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
+  const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
+  Shadows::Verdict verdict = Shadows::Verdict::unknown;
+  if (cone) {
+    // All samples lie in the tangent cone, between the plane that touches the sphere and the one of the tangent circle.
+    const double d = cone->distance, r = cone->radius;
+    const double slope = r / std::sqrt((d - r) * (d + r)) * (1 + math::gamma(64));
+    const auto classify_up_to = [&](double depth) {
+      const Vec3 middle = cone->frame.n * depth, u = cone->frame.u * (depth * slope),
+                 v = cone->frame.v * (depth * slope);
+      return shadows_.classify(at, {middle - u - v, middle + u - v, middle + u + v, middle - u + v}, false);
+    };
+    verdict = classify_up_to((d - r) * (d + r) / d);
+    // What hides the far plane may stand inside the light: only in front of the near plane does it hide every sample.
+    if (verdict == Shadows::Verdict::dark && classify_up_to(d - r) != Shadows::Verdict::dark)
+      verdict = Shadows::Verdict::unknown;
+  }
+  if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
+  Color sum, sum_of_squares;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const sampling::Point2 square = sampling::sobol_owen(i, key);
+    Vec3 towards;
+    if (cone) {
+      towards = point_in_cone(*cone, square);
+    } else {
+      const Vec3 w = sampling::direction_on_sphere(square);
+      const double b = dot(axis, w);
+      const double inside = light.radius * light.radius - dot(axis, axis);
+      towards = w * (b + std::sqrt(std::max(0.0, b * b + inside)));
+    }
+    if (!is_on_viewers_side(at, towards)) continue;
+    const double solid_angle = cone ? cone->solid_angle : 4 * math::pi;
+    const Color share = phong(at, towards * (-1 / math::length(towards))) * (solid_angle / math::pi);
+    if (math::is_black(share)) continue;
+    const Color value =
+        filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
+    sum += value;
+    sum_of_squares += value * value;
+  }
+  return averaged_area_light(sum, sum_of_squares, weight);
+}
+
+Color Integrator::averaged_area_light(const Color& sum, const Color& sum_of_squares, const Color& weight) {
+  const double n = sampling_->spiral.count();
+  const Color mean = sum * (1 / n);
+  const Color spread = sum_of_squares * (1 / n) - mean * mean;
+  // As for discs: well-spread samples beat independent ones by √N in variance.
+  const Color squared = filtered(weight, weight);
+  const double scale = spread_variance / (n * std::sqrt(n));
+  variance_ += filtered(
+      squared, {std::max(0.0, spread.r) * scale, std::max(0.0, spread.g) * scale, std::max(0.0, spread.b) * scale});
+  return mean;
+}
+
+Color Integrator::secondary(const ShadingPoint& at, int depth, const Color& weight, const sampling::Key& key) {
+  const CompiledMaterial& material = *at.material;
+  Color reflection = material.reflection, transmission = material.transmission;
+  const Vec3 &n = at.surface.shading_normal, &v = at.view;
+  std::optional<Vec3> through;
+  if (material.transmits) {
+    through = v;
+    if (material.ior != 1) {
+      const bool is_entering = dot(v, at.surface.normal) < 0;
+      const Vec3 towards_viewer = dot(v, n) > 0 ? -n : n;
+      through = refracted(v, towards_viewer, is_entering ? 1 / material.ior : material.ior);
+      if (!through) reflection = reflection + transmission;
+    }
+  }
+  Color result;
+  const auto follow = [&](const Color& factor, const Vec3& direction, std::uint64_t path, std::uint64_t& counter) {
+    const Color path_weight = weight * factor;
+    if (math::is_black(factor)) return;
+    if (math::max_channel(path_weight) < settings_.min_contribution) {
+      ++counters_.negligible_rays;
+      return;
+    }
+    ++counter;
+    const geometry::Ray ray{leave_surface(at.surface, direction), direction, at.id};
+    result += filtered(factor, radiance(ray, depth + 1, path_weight, key.at(path)));
+  };
+  follow(reflection, math::normalize(v - n * (2 * dot(v, n))), reflected_path, counters_.reflection);
+  if (through) follow(transmission, *through, transmitted_path, counters_.transmission);
+  return result;
+}
+
+}  // namespace penumbra::shading

@@ -1,0 +1,54 @@
+#pragma once
+#include <functional>
+
+#include "engine/sampling/hash.h"
+#include "engine/sampling/patterns.h"
+#include "engine/shading/scene.h"
+#include "engine/shading/shadows.h"
+
+namespace penumbra::shading {
+
+struct IntegratorSettings {
+  int max_depth = 10;
+  double min_contribution = 0.001;
+  bool use_candidates = true;
+};
+
+/// What a camera ray sees: section 2 of the contract, evaluated recursively. One per thread.
+class Integrator {
+ public:
+  /// `is_canceled` is asked at every surface; once true, rays return black at once. All arguments outlive this object.
+  Integrator(const Scene& scene, const IntegratorSettings& settings, const std::function<bool()>& is_canceled);
+
+  struct Sample {
+    Color radiance;
+    Color variance;  // of `radiance`, from the soft lights' samples
+  };
+  /// `ray.direction` is unit; `key` names the camera sample; every soft light gets `sampling`.
+  Sample trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key);
+
+  const Counters& counters() const { return counters_; }
+
+ private:
+  Color radiance(const geometry::Ray& ray, int depth, const Color& weight, const sampling::Key& key);
+  Color direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key);
+  Color lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
+  Color lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
+  Color lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
+  Color lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
+  Color secondary(const ShadingPoint& at, int depth, const Color& weight, const sampling::Key& key);
+  /// `share` × the light through a visibility; accounts for its variance.
+  Color visible(const Color& share, const Visibility& visibility, const Color& weight);
+  /// The mean of an area light's samples; accounts for its variance.
+  Color averaged_area_light(const Color& sum, const Color& sum_of_squares, const Color& weight);
+
+  const Scene& scene_;
+  IntegratorSettings settings_;
+  const std::function<bool()>& is_canceled_;
+  const DiscSampling* sampling_ = nullptr;  // of the sample being traced
+  Counters counters_;
+  Shadows shadows_;
+  Color variance_;
+};
+
+}  // namespace penumbra::shading

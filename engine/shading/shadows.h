@@ -1,0 +1,82 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "engine/accel/queries.h"
+#include "engine/accel/shaft.h"
+#include "engine/geometry/surface.h"
+#include "engine/sampling/patterns.h"
+#include "engine/shading/counters.h"
+#include "engine/shading/disc_cover.h"
+#include "engine/shading/scene.h"
+
+namespace penumbra::shading {
+
+/// A lit point: the surface, what it belongs to, and the viewer's side.
+struct ShadingPoint {
+  geometry::SurfacePoint surface;
+  geometry::SurfaceId id;
+  const CompiledMaterial* material = nullptr;
+  Vec3 view;    // unit, the direction of the ray that came here
+  Vec3 facing;  // the geometric normal, unit, on the viewer's side
+};
+
+/// The mean transmittance over a light and the variance of that estimate, per channel.
+struct Visibility {
+  Color mean = math::white, variance = math::black;
+};
+
+/// The error of a covered share s from N well-spread samples: its variance is about c·s(1 − s)·N^−1.5, with c measured
+/// on half-planes across a disc.
+inline constexpr double spread_variance = 0.62;
+/// Likewise for chords: c·s(1 − s)·M^−3.
+inline constexpr double chord_variance = 0.46;
+
+/// The samples every disc light gets at a hit. Where its occluders are few and simple, chords that are as good as the
+/// points of the spiral: √N of them.
+struct DiscSampling {
+  explicit DiscSampling(int samples)
+      : spiral(samples), chords(std::max(2, static_cast<int>(std::ceil(std::sqrt(samples))))) {}
+  sampling::DiscSpiral spiral;
+  sampling::DiscChords chords;
+};
+
+/// Answers how much of a light a point sees. Holds scratch space: one per thread.
+class Shadows {
+ public:
+  /// With `use_candidates` one query of the light's whole cone replaces most rays. All arguments outlive this object.
+  Shadows(const Scene& scene, bool use_candidates, Counters& counters)
+      : scene_(scene), use_candidates_(use_candidates), counters_(counters) {}
+
+  /// Product of the transmission of every surface on the segment from the point to point + `towards` (or, with `limit`
+  /// infinite, on the ray). A segment to the far side of the point's own surface crosses that surface.
+  Color transmittance(const ShadingPoint& at, const Vec3& towards, double limit);
+
+  /// Mean transmittance over the disc with centre at + `axis` and half-axes `u` and `v`, with `limit` infinite the
+  /// disc is one of directions.
+  Visibility disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u, const Vec3& v, double limit,
+                  const DiscSampling& sampling, const sampling::Key& key);
+
+  /// Prepares `transmittance_of_sample` for a light inside the quadrilateral `corners` (points, relative to the point).
+  enum class Verdict { lit, dark, listed, unknown };
+  Verdict classify(const ShadingPoint& at, const std::array<Vec3, 4>& corners, bool is_infinite);
+  /// As `transmittance`, towards a place inside the quadrilateral last classified, which was not `dark`.
+  Color transmittance_of_sample(Verdict verdict, const ShadingPoint& at, const Vec3& towards, double limit);
+
+ private:
+  Color through_items(const std::vector<std::uint32_t>& items) const;
+  Color own_surface(const ShadingPoint& at) const { return at.material->transmission; }
+  /// Fills covers_ from the candidates; false when one of them has no simple cover.
+  bool find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon);
+
+  const Scene& scene_;
+  bool use_candidates_;
+  Counters& counters_;
+  accel::Crossed crossed_;
+  accel::Candidates candidates_;
+  std::vector<DiscCover> covers_;
+};
+
+}  // namespace penumbra::shading
