@@ -1,5 +1,6 @@
 #include "engine/accel/shaft.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/accel/queries.h"
@@ -164,6 +165,44 @@ bool Shaft::misses(const geometry::SphereShape& sphere) const {
   return false;
 }
 
+bool Shaft::misses(const geometry::PlaneShape& plane) const {
+  const double height = dot(plane.normal, apex_ - plane.point);
+  const double error = gamma(16) * dot(abs(plane.normal), abs(apex_) + abs(plane.point));
+  // From a point in the plane no segment crosses it.
+  if (std::fabs(height) <= error) return true;
+  return std::all_of(edges_.begin(), edges_.end(), [&](const Vec3& edge) {
+    const double slope = dot(plane.normal, edge), end = is_infinite_ ? slope : height + slope;
+    return (height > 0 ? end : -end) > error + gamma(16) * dot(abs(plane.normal), abs(edge));
+  });
+}
+
+bool Shaft::misses(const geometry::TubeShape& tube) const {
+  if (is_infinite_) return false;
+  // Across the axis the tube is a disc around 0 and the shaft the hull of five points: they are apart if the point of
+  // the hull's outline nearest to 0 is farther than the radius and the whole hull lies behind it.
+  std::array<Vec3, 5> points;
+  double size = tube.radius + taxicab(apex_) + taxicab(tube.point);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Vec3 p = (i < 4 ? corners_[i] : apex_) - tube.point;
+    points[i] = p - tube.axis * dot(p, tube.axis);
+    size = std::max(size, taxicab(p));
+  }
+  Vec3 nearest = points[0];
+  for (std::size_t i = 0; i < 5; ++i) {
+    for (std::size_t k = i + 1; k < 5; ++k) {
+      const Vec3 along = points[k] - points[i];
+      const double squared = dot(along, along);
+      const double t = squared > 0 ? std::clamp(-dot(points[i], along) / squared, 0.0, 1.0) : 0;
+      const Vec3 q = points[i] + along * t;
+      if (dot(q, q) < dot(nearest, nearest)) nearest = q;
+    }
+  }
+  const double distance = math::length(nearest), error = gamma(64) * size;
+  if (!(distance > tube.radius + error)) return false;
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Vec3& p) { return dot(p, nearest) > (tube.radius + error) * distance; });
+}
+
 bool Shaft::is_covered_by(const geometry::TriangleVertices& triangle) const {
   const Vec3 vertex[3]{triangle.v0 - apex_, triangle.v1 - apex_, triangle.v2 - apex_};
   const TrianglePlane plane(triangle);
@@ -219,7 +258,8 @@ bool search(const Tree& tree, const Shaft& shaft, const AtTriangle& at_triangle,
 
 class Candidates::Search {
  public:
-  Search(const World& world, const SurfaceId& self, Candidates& found) : world_(world), self_(self), found_(found) {}
+  Search(const World& world, const SurfaceId& self, bool leaves_self, Candidates& found)
+      : world_(world), self_(self), leaves_self_(leaves_self), found_(found) {}
 
   void collect(const Shaft& shaft) {
     const auto add_items = [&](const auto& items) {
@@ -264,12 +304,15 @@ class Candidates::Search {
       const Placement& placement = world_.placements[item.placement];
       return add_mesh(shaft, shaft.in_space_of(placement), id, &placement);
     }
-    if (item.kind == Kind::plane && id == self_.item) return false;
-    if (item.kind == Kind::sphere && item.placement == not_placed) {
-      if (id == self_.item && is_above(shaft, world_.spheres[item.index])) return false;
-      if (shaft.misses(world_.spheres[item.index])) return false;
-      if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
-        return found_.is_dark_ = true;
+    if (id == self_.item && (leaves_self_ || item.kind == Kind::plane)) return false;
+    if (item.placement == not_placed) {
+      if (item.kind == Kind::plane && shaft.misses(world_.planes[item.index])) return false;
+      if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
+      if (item.kind == Kind::sphere) {
+        if (shaft.misses(world_.spheres[item.index])) return false;
+        if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
+          return found_.is_dark_ = true;
+      }
     }
     if (const auto box = bounds_of(world_, item); box && shaft.misses(*box)) return false;
     return add({{id, 0}, item.is_opaque, false, {}});
@@ -284,15 +327,6 @@ class Candidates::Search {
         [](std::uint32_t) { return false; });
   }
 
-  /// The apex lies on the sphere and every segment leaves it outwards: then none comes back.
-  static bool is_above(const Shaft& shaft, const geometry::SphereShape& sphere) {
-    const Vec3 outward = shaft.apex() - sphere.center;
-    for (const Vec3& edge : shaft.edges()) {
-      if (!(dot(outward, edge) > gamma(16) * dot(abs(outward) + abs(shaft.apex()), abs(edge)))) return false;
-    }
-    return true;
-  }
-
   /// Seen from outside, the segments that cross a convex body end in a convex set: four corners inside it prove all.
   bool covers(const Shaft& shaft, std::uint32_t id) const {
     const geometry::SphereShape& sphere = world_.spheres[world_.items[id].index];
@@ -305,13 +339,14 @@ class Candidates::Search {
 
   const World& world_;
   SurfaceId self_;
+  bool leaves_self_;
   Candidates& found_;
 };
 
-void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self) {
+void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self) {
   count_ = 0;
   has_overflowed_ = is_dark_ = false;
-  Search(world, self, *this).collect(shaft);
+  Search(world, self, leaves_self, *this).collect(shaft);
 }
 
 }  // namespace penumbra::accel

@@ -20,6 +20,8 @@ class Shaft {
   bool misses(const math::Bounds& box) const;
   bool misses(const geometry::TriangleVertices& triangle) const;
   bool misses(const geometry::SphereShape& sphere) const;
+  bool misses(const geometry::PlaneShape& plane) const;
+  bool misses(const geometry::TubeShape& tube) const;
   /// Every segment from the apex into the quadrilateral crosses the triangle.
   bool is_covered_by(const geometry::TriangleVertices& triangle) const;
 
@@ -70,9 +72,10 @@ class Candidates {
  public:
   static constexpr int capacity = 48;
 
-  /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross, except `self` where it
-  /// is flat.
-  void gather(const World& world, const Shaft& shaft, const SurfaceId& self);
+  /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross. `self` is what the apex
+  /// lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every segment leaves it on its
+  /// outer side, it cannot meet a convex shape again.
+  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self);
 
   std::span<const Candidate> list() const { return {list_.data(), static_cast<std::size_t>(count_)}; }
   /// More than `capacity` may cross the shaft: the list is of no use.

@@ -36,6 +36,7 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& v
   int ix = (drop + 1) % 3, iy = (drop + 2) % 3;
   if (n[drop] < 0) std::swap(ix, iy);
   std::vector<Point2> p;
+  p.reserve(vertices.size());
   for (const Vec3& v : vertices) p.push_back({v[ix], v[iy]});
 
   std::vector<std::uint32_t> rest(vertices.size());

@@ -17,6 +17,7 @@ WriteImage load_module() {
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
   const std::filesystem::path module = program.parent_path().parent_path() / "lib" / "penumbra_image.so";
   void* handle = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
+  // Called once, by one thread; glibc keeps the text per thread. NOLINTNEXTLINE(concurrency-mt-unsafe)
   if (handle == nullptr) throw std::runtime_error(std::string("cannot load the image writer: ") + dlerror());
   void* symbol = dlsym(handle, write_image_symbol);
   if (symbol == nullptr) throw std::runtime_error("the image writer has no " + std::string(write_image_symbol));

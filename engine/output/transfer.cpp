@@ -17,6 +17,8 @@ double linear_from_srgb(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : math::power((encoded + 0.055) / 1.055, 2.4);
 }
 
+constexpr double half = 0.5;  // truncating x + half rounds x ≥ 0 to nearest
+
 double clamped(float value) { return value > 0 ? std::min(static_cast<double>(value), 1.0) : 0; }
 
 /// The sRGB level of a linear value, by comparing with the values where levels change.
@@ -50,7 +52,7 @@ std::vector<std::uint8_t> to_8_bit(const render::Film& film, scene::Transfer tra
   std::vector<std::uint8_t> result(film.rgb.size());
   if (transfer == scene::Transfer::linear) {
     std::transform(film.rgb.begin(), film.rgb.end(), result.begin(),
-                   [](float v) { return static_cast<std::uint8_t>(clamped(v) * 255 + 0.5); });
+                   [](float v) { return static_cast<std::uint8_t>(clamped(v) * 255 + half); });
   } else {
     static const SrgbLevels levels;
     std::transform(film.rgb.begin(), film.rgb.end(), result.begin(), [](float v) { return levels.level(clamped(v)); });
@@ -63,7 +65,7 @@ std::vector<std::uint16_t> to_16_bit(const render::Film& film, scene::Transfer t
   std::transform(film.rgb.begin(), film.rgb.end(), result.begin(), [transfer](float v) {
     const double linear = clamped(v);
     const double encoded = transfer == scene::Transfer::linear ? linear : srgb_from_linear(linear);
-    return static_cast<std::uint16_t>(std::min(encoded, 1.0) * 65535 + 0.5);
+    return static_cast<std::uint16_t>(std::min(encoded, 1.0) * 65535 + half);
   });
   return result;
 }

@@ -21,7 +21,8 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::uint64_t merged_lights) {
-  return {{"lights_facing_away", c.lights_facing_away},
+  return {{"area_samples_exact", c.area_samples_exact},
+          {"lights_facing_away", c.lights_facing_away},
           {"lights_without_effect", c.lights_without_effect},
           {"merged_lights", merged_lights},
           {"negligible_rays", c.negligible_rays},

@@ -180,6 +180,14 @@ std::optional<DiscCover> cover_of(const geometry::SphereShape& sphere, const Dis
   return cover;
 }
 
+DiscCover cover_of(const geometry::PlaneShape& plane, const DiscView& view) {
+  const double height = dot(plane.normal, plane.point - view.from);
+  DiscCover cover;
+  cover.edges.fill({1, 0, 0});
+  cover.edges[0] = linear(plane.normal, view.is_infinite ? 0 : height, view, height > 0 ? 1 : -1);
+  return cover;
+}
+
 DiscCover cover_below_horizon(const Vec3& facing, const DiscView& view) {
   DiscCover cover;
   cover.edges.fill({1, 0, 0});

@@ -42,6 +42,8 @@ std::optional<DiscCover> cover_of(const geometry::TriangleVertices& triangle, co
 /// Nothing when the sphere is not met twice or not at all by every segment: when the point is in or on it, or it
 /// reaches beyond the light.
 std::optional<DiscCover> cover_of(const geometry::SphereShape& sphere, const DiscView& view);
+/// The far side of a plane; the point does not lie in it.
+DiscCover cover_of(const geometry::PlaneShape& plane, const DiscView& view);
 /// The far side of the surface with normal `facing` at the point.
 DiscCover cover_below_horizon(const Vec3& facing, const DiscView& view);
 

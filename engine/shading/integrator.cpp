@@ -5,6 +5,7 @@
 
 #include "engine/math/elementary.h"
 #include "engine/sampling/directions.h"
+#include "engine/shading/irradiance.h"
 #include "engine/shading/phong.h"
 
 namespace penumbra::shading {
@@ -23,6 +24,15 @@ Color filtered(const Color& a, const Color& b) {
 
 /// Light arriving from direction l reaches the viewer only when both are on one side of the surface.
 bool is_on_viewers_side(const ShadingPoint& at, const Vec3& towards_light) { return dot(at.facing, towards_light) > 0; }
+
+/// Above the geometric horizon and on one side of the shading one.
+bool is_wholly_above(const ShadingPoint& at, const std::array<Vec3, 4>& corners) {
+  const Vec3& n = at.surface.shading_normal;
+  const bool is_up = dot(n, corners[0]) > 0;
+  return std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+    return is_on_viewers_side(at, corner) && (dot(n, corner) > 0) == is_up;
+  });
+}
 
 /// Snell's refraction of the unit `v` at the unit normal `n` (facing v), `ratio` = ior outside / inside. Nothing under
 /// total internal reflection.
@@ -131,6 +141,12 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   const Shadows::Verdict verdict = shadows_.classify(at, corners, false);
   const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
   if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
+  Color exact;
+  const bool is_exact = verdict == Shadows::Verdict::lit && is_wholly_above(at, corners);
+  if (is_exact) {
+    exact = exact_diffuse(at, light.radiance, projected_solid_angle(corners, at.surface.shading_normal));
+    if (math::is_black(at.material->specular)) return exact;
+  }
   const auto seen = light.is_right_angled ? sampling::SphericalRectangle::seen_from(at.surface.position, light.corner,
                                                                                     light.edge_u, light.edge_v)
                                           : std::nullopt;
@@ -145,14 +161,15 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
     if (!is_on_viewers_side(at, towards)) continue;
     const double distance = math::length(towards);
     const double measure = seen ? seen->solid_angle() : light.area * height / (distance * distance * distance);
-    const Color share = phong(at, towards * (-1 / distance)) * (measure / math::pi);
+    const Vec3 l = towards * (-1 / distance);
+    const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (measure / math::pi);
     if (math::is_black(share)) continue;
     const Color value =
         filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
     sum += value;
     sum_of_squares += value * value;
   }
-  return averaged_area_light(sum, sum_of_squares, weight);
+  return exact + averaged_area_light(sum, sum_of_squares, weight);
 }
 
 Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight,
@@ -177,6 +194,14 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
       verdict = Shadows::Verdict::unknown;
   }
   if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
+  Color exact;
+  const bool is_exact = verdict == Shadows::Verdict::lit && dot(at.facing, axis) > light.radius &&
+                        std::fabs(dot(at.surface.shading_normal, axis)) > light.radius;
+  if (is_exact) {
+    exact = exact_diffuse(at, light.radiance,
+                          std::fabs(projected_solid_angle(axis, light.radius, at.surface.shading_normal)));
+    if (math::is_black(at.material->specular)) return exact;
+  }
   Color sum, sum_of_squares;
   for (std::uint32_t i = 0; i < count; ++i) {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
@@ -191,14 +216,20 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
     }
     if (!is_on_viewers_side(at, towards)) continue;
     const double solid_angle = cone ? cone->solid_angle : 4 * math::pi;
-    const Color share = phong(at, towards * (-1 / math::length(towards))) * (solid_angle / math::pi);
+    const Vec3 l = towards * (-1 / math::length(towards));
+    const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (solid_angle / math::pi);
     if (math::is_black(share)) continue;
     const Color value =
         filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
     sum += value;
     sum_of_squares += value * value;
   }
-  return averaged_area_light(sum, sum_of_squares, weight);
+  return exact + averaged_area_light(sum, sum_of_squares, weight);
+}
+
+Color Integrator::exact_diffuse(const ShadingPoint& at, const Color& radiance, double projected_solid_angle) {
+  counters_.area_samples_exact += static_cast<std::uint64_t>(sampling_->spiral.count());
+  return filtered(radiance, at.material->diffuse * (projected_solid_angle / math::pi));
 }
 
 Color Integrator::averaged_area_light(const Color& sum, const Color& sum_of_squares, const Color& weight) {

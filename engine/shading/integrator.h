@@ -39,6 +39,8 @@ class Integrator {
   Color secondary(const ShadingPoint& at, int depth, const Color& weight, const sampling::Key& key);
   /// `share` × the light through a visibility; accounts for its variance.
   Color visible(const Color& share, const Visibility& visibility, const Color& weight);
+  /// Diffuse light from an area light that nothing hides, in closed form.
+  Color exact_diffuse(const ShadingPoint& at, const Color& radiance, double projected_solid_angle);
   /// The mean of an area light's samples; accounts for its variance.
   Color averaged_area_light(const Color& sum, const Color& sum_of_squares, const Color& weight);
 

@@ -4,19 +4,19 @@
 
 namespace penumbra::shading {
 
-/// diffuse·|n·l| + specular·max(0, −v·r)^shininess of the contract, with r = l − 2(l·n)n; `l` is the unit direction the
-/// light travels. The side test is the caller's.
-inline Color phong(const ShadingPoint& at, const Vec3& l) {
+/// specular·max(0, −v·r)^shininess of the contract, with r = l − 2(l·n)n; `l` is the unit direction the light travels.
+inline Color highlight(const ShadingPoint& at, const Vec3& l) {
   const CompiledMaterial& material = *at.material;
+  if (math::is_black(material.specular)) return math::black;
   const Vec3& n = at.surface.shading_normal;
-  const double l_n = math::dot(l, n);
-  Color result = material.diffuse * std::fabs(l_n);
-  if (!math::is_black(material.specular)) {
-    const double highlight = -math::dot(at.view, l - n * (2 * l_n));
-    const double base = std::clamp(highlight, 0.0, 1.0);
-    if (base > 0 || material.shininess == 0) result += material.specular * math::power(base, material.shininess);
-  }
-  return result;
+  const double cosine = -math::dot(at.view, l - n * (2 * math::dot(l, n)));
+  if (cosine <= 0 && material.shininess > 0) return math::black;
+  return material.specular * math::power(std::clamp(cosine, 0.0, 1.0), material.shininess);
+}
+
+/// diffuse·|n·l| and the highlight. The side test is the caller's.
+inline Color phong(const ShadingPoint& at, const Vec3& l) {
+  return at.material->diffuse * std::fabs(math::dot(l, at.surface.shading_normal)) + highlight(at, l);
 }
 
 }  // namespace penumbra::shading

@@ -43,7 +43,11 @@ Shadows::Verdict Shadows::classify(const ShadingPoint& at, const std::array<Vec3
   if (!is_infinite) {
     for (Vec3& corner : targets) corner += at.surface.position;
   }
-  candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id);
+  const bool is_outside = dot(at.facing, at.surface.normal) > 0;
+  const bool leaves_self = is_outside && std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+                             return dot(at.facing, corner) > math::gamma(64) * math::length(corner);
+                           });
+  candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id, leaves_self);
   if (candidates_.is_dark()) return Verdict::dark;
   if (candidates_.has_overflowed()) return Verdict::unknown;
   return candidates_.list().empty() ? Verdict::lit : Verdict::listed;
@@ -117,6 +121,8 @@ bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has
     if (candidate.is_triangle) {
       cover = cover_of(candidate.triangle, view);
       if (!cover) continue;
+    } else if (item.kind == accel::Kind::plane) {
+      cover = cover_of(scene_.world.planes[item.index], view);
     } else if (item.kind == accel::Kind::sphere && item.placement == accel::not_placed && id != at.id.item) {
       cover = cover_of(scene_.world.spheres[item.index], view);
       crossings = 2;

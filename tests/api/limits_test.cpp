@@ -144,7 +144,7 @@ TEST_CASE("at most a hundred errors are listed") {
 
 TEST_CASE("a member named twice among very many is found") {
   std::string materials;
-  for (int i = 0; i < 200'000; ++i) materials += std::string(1, '"') + std::to_string(i) + "\":{},";
+  for (int i = 0; i < 200'000; ++i) materials.append("\"").append(std::to_string(i)).append("\":{},");
   const auto problem = refusal(job(R"(, "materials": {)" + materials + R"("123456": {}})"));
   REQUIRE(problem);
   CHECK(problem->status == 400);

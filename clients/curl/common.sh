@@ -1,0 +1,21 @@
+# Shared by the scripts beside it: where the server is, and what a refusal looks like.
+url=${PENUMBRA_URL:-http://127.0.0.1:8080}
+
+usage() { # prints the script's opening comment
+  sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"
+}
+
+# request OUTPUT CURL_ARGUMENTS...: the answer's body goes to OUTPUT; a refusal is explained on standard error.
+request() {
+  local output=$1 body status
+  shift
+  body=$(mktemp)
+  status=$(curl -sS -o "$body" -w '%{http_code}' "$@") || { rm -f "$body"; return 3; }
+  if [[ $status != 2?? ]]; then
+    echo "$status: $(jq -r '.detail // .title' "$body" 2>/dev/null || cat "$body")" >&2
+    jq -r '.errors[]? | "  \(if .pointer == "" then "(body)" else .pointer end): \(.detail)"' "$body" >&2 2>/dev/null
+    rm -f "$body"
+    return 1
+  fi
+  if [[ $output == - ]]; then cat "$body"; rm -f "$body"; else mv "$body" "$output"; chmod "$(printf '%o' $((0666 & ~$(umask))))" "$output"; fi
+}

@@ -1,0 +1,210 @@
+// The page: edits a job's JSON, submits it, follows its events, shows previews, the picture and errors at their place.
+import {locate} from './locate.js';
+
+const by = id => document.getElementById(id);
+const body = by('body'), bar = by('bar'), picture = by('picture');
+const optionFields = ['width', 'height', 'samples_per_pixel', 'shadow_samples', 'acceleration'];
+let job = null;      // the job being followed: its resource
+let events = null;   // its event stream
+let previewTimer = 0;
+
+// Examples ------------------------------------------------------------------------------------------------------------
+
+async function loadExamples() {
+  const scenes = await (await fetch('/scenes/index.json')).json();
+  const select = by('example');
+  select.replaceChildren(...scenes.map(({name, path}) => new Option(name, path)));
+  const first = scenes.find(scene => scene.name === 'hard-and-soft') ?? scenes[0];
+  if (!first) return;
+  select.value = first.path;
+  await openExample();
+}
+
+async function openExample() {
+  const value = await (await fetch(by('example').value)).json();
+  body.value = readable(value);
+  showOptions();
+  clearErrors();
+}
+
+// Indented, but with short arrays of numbers on one line; a mesh's long ones stay on one line too.
+function readable(value, indent = '') {
+  if (Array.isArray(value) && value.every(item => typeof item !== 'object')) return JSON.stringify(value);
+  if (Array.isArray(value) && value.every(item => Array.isArray(item) && item.length <= 3)) return JSON.stringify(value);
+  if (value === null || typeof value !== 'object') return JSON.stringify(value);
+  const inner = indent + '  ';
+  const lines = Array.isArray(value) ? value.map(item => inner + readable(item, inner))
+    : Object.entries(value).map(([key, item]) => `${inner}${JSON.stringify(key)}: ${readable(item, inner)}`);
+  const [open, close] = Array.isArray(value) ? '[]' : '{}';
+  return lines.length ? `${open}\n${lines.join(',\n')}\n${indent}${close}` : open + close;
+}
+
+// The option fields and the JSON show the same values -----------------------------------------------------------------
+
+function parsed() {
+  try {
+    const value = JSON.parse(body.value);
+    return value && typeof value === 'object' && !Array.isArray(value) ? value : null;
+  } catch {
+    return null;
+  }
+}
+
+function showOptions() {
+  const options = parsed()?.options ?? {};
+  for (const name of optionFields) by(name).value = options[name] ?? '';
+}
+
+function writeOption(event) {
+  const value = parsed();
+  if (!value) return;
+  const {name, value: text, type} = event.target;
+  value.options ??= {};
+  if (text === '') delete value.options[name];
+  else value.options[name] = type === 'number' ? Number(text) : text;
+  body.value = readable(value);
+  clearErrors();
+}
+
+// Errors --------------------------------------------------------------------------------------------------------------
+
+function clearErrors() {
+  by('errors').hidden = true;
+  body.classList.remove('bad');
+}
+
+function showProblem(problem) {
+  by('problem').textContent = problem.detail || problem.title || 'The server refused the job';
+  by('error-list').replaceChildren(...(problem.errors ?? []).map(({pointer, detail}) => {
+    const place = document.createElement('button');
+    place.type = 'button';
+    place.textContent = `${pointer || '(the whole body)'}: ${detail}`;
+    place.addEventListener('click', () => select(pointer));
+    const item = document.createElement('li');
+    item.append(place);
+    return item;
+  }));
+  by('errors').hidden = false;
+  body.classList.add('bad');
+  if (problem.errors?.length) select(problem.errors[0].pointer, false);
+}
+
+function select(pointer, focus = true) {
+  const range = locate(body.value, pointer);
+  if (!range) return;
+  if (focus) body.focus();
+  body.setSelectionRange(range.start, range.end);
+  const line = body.value.slice(0, range.start).split('\n').length - 1;
+  const lines = body.value.split('\n').length;
+  body.scrollTop = Math.max(0, body.scrollHeight * line / lines - body.clientHeight / 2);
+}
+
+// One job at a time ---------------------------------------------------------------------------------------------------
+
+function showState(text, percent) {
+  by('state').textContent = text;
+  by('percent').textContent = percent === undefined ? '' : `${percent.toFixed(1)} %`;
+  if (percent !== undefined) bar.value = percent;
+}
+
+function setBusy(busy) {
+  by('render').disabled = busy;
+  by('cancel').disabled = !busy;
+  by('result').setAttribute('aria-busy', String(busy));
+}
+
+async function submit(event) {
+  event.preventDefault();
+  clearErrors();
+  by('stats').hidden = by('download').hidden = true;
+  setBusy(true);
+  showState('Sending', 0);
+  try {
+    const answer = await fetch('/v1/jobs', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: body.value});
+    const value = await answer.json();
+    if (!answer.ok) {
+      showProblem(value);
+      showState('Not accepted');
+      setBusy(false);
+      return;
+    }
+    follow(value);
+  } catch {
+    showState('The server does not answer');
+    setBusy(false);
+  }
+}
+
+function follow(resource) {
+  job = resource;
+  showState('Queued', 0);
+  events = new EventSource(job.links.events);
+  events.addEventListener('progress', event => {
+    const {percent, state, eta_s: eta} = JSON.parse(event.data);
+    const rest = eta == null || percent < 1 ? '' : `, about ${Math.max(1, Math.round(eta))} s left`;
+    showState(state === 'queued' ? 'Queued' : `Rendering${rest}`, percent);
+  });
+  for (const end of ['succeeded', 'failed', 'canceled']) events.addEventListener(end, finish);
+  previewTimer = setInterval(showPreview, 1000);
+}
+
+function showPreview() {
+  const image = new Image();
+  const url = `${job.links.preview}?${Date.now()}`;
+  const followed = job.id;
+  image.onload = () => {
+    if (previewTimer && job.id === followed) showPicture(url, 'The picture so far');
+  };
+  image.src = url;
+}
+
+function showPicture(url, text) {
+  picture.src = url;
+  picture.alt = text;
+  picture.hidden = false;
+}
+
+async function finish() {
+  events.close();
+  clearInterval(previewTimer);
+  previewTimer = 0;
+  job = await (await fetch(job.links.self)).json();
+  setBusy(false);
+  if (job.state === 'succeeded') {
+    showState('Done', 100);
+    showPicture(job.links.image, 'The rendered scene');
+    by('download').href = job.links.image;
+    by('download').hidden = false;
+    showStats(job.stats);
+  } else if (job.state === 'failed') {
+    showState('Failed', job.progress.percent);
+    showProblem(job.error ?? {detail: 'The render failed'});
+  } else {
+    showState('Canceled', job.progress.percent);
+  }
+}
+
+function showStats({build_s, render_s, encode_s, rays, estimated_error}) {
+  const milliseconds = seconds => `${(1000 * seconds).toFixed(seconds < 0.01 ? 1 : 0)} ms`;
+  const count = number => number.toLocaleString('en');
+  const rows = {
+    'Build': milliseconds(build_s), 'Render': milliseconds(render_s), 'Encode': milliseconds(encode_s),
+    'Camera rays': count(rays.camera), 'Shadow rays': count(rays.shadow), 'Reflected rays': count(rays.reflection),
+    'Transmitted rays': count(rays.transmission), 'Estimated error': estimated_error?.toExponential(1) ?? '–',
+  };
+  by('stats').replaceChildren(...Object.entries(rows).map(([name, value]) => {
+    const row = document.createElement('div'), term = document.createElement('dt'), text = document.createElement('dd');
+    term.textContent = name;
+    text.textContent = value;
+    row.append(term, text);
+    return row;
+  }));
+  by('stats').hidden = false;
+}
+
+by('job').addEventListener('submit', submit);
+by('cancel').addEventListener('click', () => fetch(job.links.cancel, {method: 'POST'}));
+by('example').addEventListener('change', openExample);
+body.addEventListener('input', () => { showOptions(); clearErrors(); });
+for (const name of optionFields) by(name).addEventListener('change', writeOption);
+loadExamples().catch(() => showState('The examples could not be loaded'));

@@ -1,0 +1,21 @@
+#pragma once
+#include <functional>
+#include <thread>
+
+namespace penumbra::cli {
+
+/// Calls a function at the first SIGINT or SIGTERM, in a thread of its own; the second ends the process. Must be made
+/// before any other thread, for they inherit that the signals are blocked.
+class StopSignals {
+ public:
+  explicit StopSignals(std::function<void()> on_stop);
+  ~StopSignals();
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+
+ private:
+  int signal_descriptor_, end_descriptor_;
+  std::jthread watcher_;
+};
+
+}  // namespace penumbra::cli

@@ -1,0 +1,149 @@
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <cmath>
+
+#include "server/http/problems.h"
+#include "server/http/routes.h"
+
+namespace penumbra::http {
+
+namespace {
+
+using jobs::Clock;
+using jobs::JobManager;
+
+constexpr auto turn = std::chrono::seconds(1), comment_interval = std::chrono::seconds(15);
+constexpr double least_interval_s = 0.02;
+constexpr std::uint64_t final_event_id = 20'000;
+constexpr int retry_after_s = 5;
+
+/// Ids grow with the percentage, so that a client that comes back with the last one it saw is told only what is newer –
+/// by any server, for nothing of the past need be kept.
+std::uint64_t event_id_of(const api::JobResource& job) {
+  if (api::is_final(job.state)) return final_event_id;
+  if (job.state == api::JobState::queued) return 1;
+  return 2 + static_cast<std::uint64_t>(std::floor(100 * std::clamp(job.percent, 0.0, 100.0)));
+}
+
+std::string event_text(std::string_view name, const api::JobResource& job) {
+  std::string text = "id: " + std::to_string(event_id_of(job)) + "\nevent: ";
+  return text.append(name).append("\ndata: ").append(api::progress_json(job)).append("\n\n");
+}
+
+/// Open streams are counted, so that their threads cannot run out.
+class StreamSlots {
+ public:
+  StreamSlots(std::size_t count, Metrics& metrics) : free_(static_cast<std::ptrdiff_t>(count)), metrics_(metrics) {}
+
+  /// Held as long as the result lives; null when there is none left.
+  std::shared_ptr<void> take() {
+    if (free_.fetch_sub(1) <= 0) {
+      free_.fetch_add(1);
+      return nullptr;
+    }
+    metrics_.event_streams_changed(1);
+    return {this, [](void* slots) {
+              static_cast<StreamSlots*>(slots)->metrics_.event_streams_changed(-1);
+              static_cast<StreamSlots*>(slots)->free_.fetch_add(1);
+            }};
+  }
+
+ private:
+  std::atomic<std::ptrdiff_t> free_;
+  Metrics& metrics_;
+};
+
+/// One client's stream of one job.
+class JobEvents {
+ public:
+  JobEvents(const JobManager& manager, api::JobResource job, double interval_s, std::uint64_t last_id,
+            std::shared_ptr<void> slot)
+      : manager_(manager),
+        job_(std::move(job)),
+        interval_(std::chrono::duration_cast<Clock::duration>(
+            std::chrono::duration<double>(std::max(interval_s, least_interval_s)))),
+        last_id_(last_id),
+        slot_(std::move(slot)) {}
+
+  /// One turn: waits for news, at most a second, and sends them. False once the stream has ended.
+  bool operator()(const Send& send, const std::function<bool()>& is_client_there) {
+    if (is_first_turn_) {
+      is_first_turn_ = false;
+      if (!send("retry: 1000\n\n")) return false;
+    } else {
+      wait_for_news();
+    }
+    if (!is_client_there()) return false;
+    if (api::is_final(job_.state)) {
+      send(event_text(api::name_of(job_.state), job_));
+      return false;
+    }
+    const Clock::time_point now = Clock::now();
+    if (now >= due_ && event_id_of(job_) > last_id_) {
+      last_id_ = event_id_of(job_);
+      due_ = now + interval_;
+      return note_sent(now, send(event_text("progress", job_)));
+    }
+    if (now - last_sent_ >= comment_interval) return note_sent(now, send(": the stream is alive\n\n"));
+    return true;
+  }
+
+ private:
+  void wait_for_news() {
+    const Clock::time_point now = Clock::now();
+    // Nothing new when a report is due: look again soon, but not in a tight loop.
+    const auto pause = std::max(due_ - now, std::min<Clock::duration>(interval_, std::chrono::milliseconds(100)));
+    std::optional<api::JobResource> job = manager_.wait(job_.id, now + std::min<Clock::duration>(pause, turn));
+    if (job) {
+      job_ = *job;
+    } else {
+      // Deleted while it was watched.
+      job_.state = api::JobState::canceled;
+    }
+  }
+
+  bool note_sent(Clock::time_point now, bool is_sent) {
+    last_sent_ = now;
+    return is_sent;
+  }
+
+  const JobManager& manager_;
+  api::JobResource job_;
+  Clock::duration interval_;
+  std::uint64_t last_id_;
+  std::shared_ptr<void> slot_;
+  bool is_first_turn_ = true;
+  Clock::time_point due_ = Clock::now(), last_sent_ = Clock::now();
+};
+
+std::uint64_t last_event_id(const Request& request) {
+  const std::string_view text = request.header("last-event-id").value_or("");
+  std::uint64_t id = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
+  return error == std::errc() && end == text.data() + text.size() ? id : 0;
+}
+
+}  // namespace
+
+void add_event_route(Router& router, JobManager& manager, Metrics& metrics, std::size_t max_streams) {
+  const auto slots = std::make_shared<StreamSlots>(max_streams, metrics);
+  const auto handler = [&manager, slots](const Request& request) -> Response {
+    const std::optional<api::JobResource> job = manager.find(request.id);
+    const std::optional<double> interval_s = manager.progress_interval_s(request.id);
+    if (!job || !interval_s) return problem_response(not_found("there is no such job"));
+    const std::uint64_t last_id = last_event_id(request);
+    // The answer that tells an EventSource to stop coming back.
+    if (api::is_final(job->state) && last_id >= final_event_id) return {204, "", std::string(), {}};
+    std::shared_ptr<void> slot = slots->take();
+    if (!slot) return problem_response(unavailable("too many event streams are open"), retry_after_s);
+    const auto events = std::make_shared<JobEvents>(manager, *job, *interval_s, last_id, std::move(slot));
+    const Producer producer = [events](const Send& send, const std::function<bool()>& is_client_there) {
+      return (*events)(send, is_client_there);
+    };
+    return {200, "text/event-stream", producer, {{"Cache-Control", "no-store"}, {"X-Accel-Buffering", "no"}}};
+  };
+  router.add({"GET", "/v1/jobs/{id}/events", Body::none, handler});
+}
+
+}  // namespace penumbra::http

@@ -1,0 +1,53 @@
+#include "server/http/message.h"
+
+#include <algorithm>
+
+namespace penumbra::http {
+
+namespace {
+
+std::optional<std::string_view> value_of(const Fields& fields, std::string_view name) {
+  const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.first == name; });
+  if (field == fields.end()) return std::nullopt;
+  return field->second;
+}
+
+}  // namespace
+
+std::optional<std::string_view> Request::header(std::string_view lower_case_name) const {
+  return value_of(headers, lower_case_name);
+}
+
+std::optional<std::string_view> Request::parameter(std::string_view name) const { return value_of(query, name); }
+
+Response json_response(int status, std::string json) {
+  return {status, "application/json", std::move(json), {{"Cache-Control", "no-store"}}};
+}
+
+Response problem_response(const api::Problem& problem) {
+  return {problem.status, "application/problem+json", api::to_json(problem), {{"Cache-Control", "no-store"}}};
+}
+
+Response problem_response(const api::Problem& problem, int retry_after_s) {
+  Response response = problem_response(problem);
+  response.headers.emplace_back("Retry-After", std::to_string(retry_after_s));
+  return response;
+}
+
+std::string entity_tag(std::string_view sha256) { return std::string(1, '"').append(sha256).append(1, '"'); }
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+}  // namespace penumbra::http

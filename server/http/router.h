@@ -1,0 +1,35 @@
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/http/message.h"
+
+namespace penumbra::http {
+
+enum class Body { none, json };
+
+struct Route {
+  std::string method;
+  std::string path;  // may hold one segment {id}
+  Body body = Body::none;
+  Handler handler;
+};
+
+/// Which handler answers which method and path. Filled first, then shared between threads.
+class Router {
+ public:
+  void add(Route route) { routes_.push_back(std::move(route)); }
+
+  struct Match {
+    const Route* route = nullptr;      // nothing: no such path, or not with this method
+    std::string id;                    // of the path's {id}
+    std::vector<std::string> allowed;  // the methods of this path; empty: there is no such path
+  };
+  Match find(std::string_view method, std::string_view path) const;
+
+ private:
+  std::vector<Route> routes_;
+};
+
+}  // namespace penumbra::http

@@ -1,0 +1,76 @@
+#include "server/http/submit.h"
+
+#include <algorithm>
+
+#include "server/http/problems.h"
+
+namespace penumbra::http {
+
+namespace {
+
+constexpr std::size_t max_key_bytes = 255;
+constexpr int stopping_retry_s = 5;
+
+bool is_key(std::string_view text) {
+  return !text.empty() && text.size() <= max_key_bytes &&
+         std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7f; });
+}
+
+/// Weak comparison (RFC 9110, 13.1.2).
+bool names_tag(std::string_view if_none_match, std::string_view tag) {
+  while (!if_none_match.empty()) {
+    const std::size_t comma = if_none_match.find(',');
+    std::string_view candidate = trimmed(if_none_match.substr(0, comma));
+    if (candidate.starts_with("W/")) candidate.remove_prefix(2);
+    if (candidate == tag || candidate == "*") return true;
+    if (comma == std::string_view::npos) return false;
+    if_none_match.remove_prefix(comma + 1);
+  }
+  return false;
+}
+
+}  // namespace
+
+std::variant<jobs::Submission, Response> submit(const Request& request, jobs::JobManager& manager) {
+  std::optional<std::string> key;
+  if (const auto given = request.header("idempotency-key")) {
+    if (!is_key(*given))
+      return problem_response(bad_parameter("Idempotency-Key must be 1 to 255 printable ASCII characters"));
+    key = std::string(*given);
+  }
+  jobs::Submission submission = manager.submit(std::string(request.body), key);
+  switch (submission.outcome) {
+    case jobs::Submission::Outcome::accepted:
+    case jobs::Submission::Outcome::repeated:
+      return submission;
+    case jobs::Submission::Outcome::key_conflict:
+      return problem_response(idempotency_conflict());
+    case jobs::Submission::Outcome::queue_full:
+      return problem_response(queue_full(), submission.retry_after_s);
+    case jobs::Submission::Outcome::stopping:
+      break;
+  }
+  return problem_response(unavailable("the server is stopping"), stopping_retry_s);
+}
+
+Response image_response(const Request& request, const store::FoundImage& found) {
+  if (found.state == store::ImageState::expired) return problem_response(image_expired());
+  const std::string tag = entity_tag(found.image.sha256);
+  Response response{
+      200, found.image.media_type, found.image.bytes, {{"ETag", tag}, {"Cache-Control", "private, no-cache"}}};
+  if (request.method == "GET" && names_tag(request.header("if-none-match").value_or(""), tag)) {
+    response.status = 304;
+    response.media_type.clear();
+    response.body = std::string();
+  }
+  return response;
+}
+
+Response unsuccessful_response(const api::JobResource& job) {
+  if (job.state == api::JobState::canceled) return problem_response(job_canceled());
+  const api::Problem problem = job.error.value_or(internal_error());
+  if (problem.status == 503) return problem_response(problem, stopping_retry_s);
+  return problem_response(problem);
+}
+
+}  // namespace penumbra::http

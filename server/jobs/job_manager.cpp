@@ -1,0 +1,249 @@
+#include "server/jobs/job_manager.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "server/jobs/endings.h"
+#include "server/store/sha256.h"
+
+namespace penumbra::jobs {
+
+using std::chrono::system_clock;
+
+JobManager::JobManager(const Settings& settings, store::JobStore& store, render::Pool& pool)
+    : settings_(settings), store_(store), pool_(pool) {
+  recover();
+  for (int i = 0; i < std::max(1, settings_.jobs); ++i)
+    runners_.emplace_back([this](const std::stop_token& stop) { run_jobs(stop); });
+  timekeeper_ = std::jthread([this](const std::stop_token& stop) { keep_time(stop); });
+}
+
+JobManager::~JobManager() { stop(); }
+
+void JobManager::recover() {
+  const std::lock_guard lock(mutex_);
+  for (store::JobRecord& record : store_.unfinished()) {
+    const auto job = std::make_shared<LiveJob>(std::move(record), nullptr, 0);
+    job->sequence = next_sequence_++;
+    live_.emplace(job->id(), job);
+    queue_.emplace(key_of(*job), job);
+  }
+}
+
+Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key) {
+  auto request = std::make_unique<api::JobRequest>(api::parse_job(body, settings_.limits));
+  std::optional<store::IdempotencyKey> key;
+  if (idempotency_key) key = store::IdempotencyKey{*idempotency_key, store::sha256_hex(body)};
+  const auto answer_of = [&](const store::Created& created) {
+    const bool is_conflict = created.outcome == store::Created::Outcome::conflict;
+    return Submission{is_conflict ? Submission::Outcome::key_conflict : Submission::Outcome::repeated,
+                      find(created.job.id).value_or(resource_of(created.job)), 1};
+  };
+  // A repeated call is answered even when the queue is full.
+  if (key) {
+    if (const std::optional<store::Created> created = store_.find_key(*key)) return answer_of(*created);
+  }
+
+  store::JobRecord record;
+  record.created_at = system_clock::now();
+  record.priority = request->options.priority;
+  record.progress_interval_s = request->options.progress_interval_s;
+  const std::size_t body_bytes = body.size();
+  std::shared_ptr<LiveJob> job;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_accepting_) return {Submission::Outcome::stopping, {}, 1};
+    const std::size_t busy = queue_.size() + reserved_ + running_;
+    const auto places = static_cast<std::size_t>(settings_.jobs) + settings_.max_queued;
+    if (busy >= places || (!queue_.empty() && queued_bytes_ + body_bytes > settings_.max_queued_bytes)) {
+      ++totals_.refused;
+      return {Submission::Outcome::queue_full, {}, retry_after_s()};
+    }
+    ++reserved_;
+    record.id = ids_.next(record.created_at);
+    job = std::make_shared<LiveJob>(record, std::move(request), body_bytes);
+    job->sequence = next_sequence_++;
+    // Known before it is stored, so that no call can find it and yet not stop it.
+    live_.emplace(job->id(), job);
+  }
+  store::Created created;
+  try {
+    created = store_.create(record, std::move(body), key);
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    --reserved_;
+    live_.erase(record.id);
+    throw;
+  }
+  {
+    std::unique_lock lock(mutex_);
+    --reserved_;
+    if (created.outcome != store::Created::Outcome::created) {
+      live_.erase(record.id);
+      lock.unlock();
+      return answer_of(created);
+    }
+    ++totals_.accepted;
+    if (is_accepting_) {
+      queue_.emplace(key_of(*job), job);
+      queued_bytes_ += body_bytes;
+      work_available_.notify_one();
+      api::JobResource resource = job->resource();
+      resource.queue_position = queue_position(*job);
+      return {Submission::Outcome::accepted, std::move(resource), 1};
+    }
+  }
+  end(*job, stopped(StopReason::server_stopped, 0));
+  return {Submission::Outcome::stopping, {}, 1};
+}
+
+std::shared_ptr<LiveJob> JobManager::find_live(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto job = live_.find(id);
+  return job == live_.end() ? nullptr : job->second;
+}
+
+std::optional<std::int64_t> JobManager::queue_position(const LiveJob& job) const {
+  const auto place = queue_.find(key_of(job));
+  if (place == queue_.end()) return std::nullopt;
+  return std::distance(queue_.begin(), place) + 1;
+}
+
+std::optional<api::JobResource> JobManager::find(const std::string& id) const {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto job = live_.find(id);
+    if (job != live_.end()) {
+      api::JobResource resource = job->second->resource();
+      resource.queue_position = queue_position(*job->second);
+      return resource;
+    }
+  }
+  const std::optional<store::JobRecord> record = store_.find(id);
+  if (!record) return std::nullopt;
+  return resource_of(*record);
+}
+
+std::optional<api::JobResource> JobManager::wait(const std::string& id, Clock::time_point deadline) const {
+  if (const std::shared_ptr<LiveJob> job = find_live(id)) {
+    job->wait_until_final(deadline);
+    const api::JobResource resource = job->resource();
+    // A job that was removed has ended too: its watchers hear that.
+    if (api::is_final(resource.state)) return resource;
+  }
+  return find(id);
+}
+
+JobList JobManager::list(std::optional<api::JobState> state, std::size_t limit,
+                         const std::optional<std::string>& page_token) const {
+  store::Page page = store_.list(state, limit, page_token);
+  JobList list;
+  list.next_page_token = std::move(page.next_page_token);
+  const std::lock_guard lock(mutex_);
+  std::unordered_map<const LiveJob*, std::int64_t> positions;
+  for (const auto& [key, job] : queue_) positions.emplace(job.get(), static_cast<std::int64_t>(positions.size()) + 1);
+  for (const store::JobRecord& record : page.jobs) {
+    const auto live = live_.find(record.id);
+    const bool is_live = live != live_.end() && live->second->resource().state == record.state;
+    api::JobResource resource = is_live ? live->second->resource() : resource_of(record);
+    if (is_live) {
+      const auto position = positions.find(live->second.get());
+      if (position != positions.end()) resource.queue_position = position->second;
+    }
+    list.jobs.push_back(std::move(resource));
+  }
+  return list;
+}
+
+bool JobManager::take_from_queue(const LiveJob& job) {
+  if (queue_.erase(key_of(job)) == 0) return false;
+  queued_bytes_ -= job.body_bytes();
+  return true;
+}
+
+std::optional<api::JobResource> JobManager::cancel(const std::string& id) {
+  if (const std::shared_ptr<LiveJob> job = find_live(id)) {
+    bool is_mine = false;
+    {
+      const std::lock_guard lock(mutex_);
+      is_mine = take_from_queue(*job);
+    }
+    job->ask_to_stop(StopReason::canceled);
+    if (is_mine) end(*job, stopped(StopReason::canceled, 0));
+  }
+  return find(id);
+}
+
+bool JobManager::remove(const std::string& id) {
+  const std::shared_ptr<LiveJob> job = find_live(id);
+  if (job) cancel(id);
+  const bool is_removed = store_.remove(id);
+  const std::lock_guard lock(mutex_);
+  live_.erase(id);
+  return is_removed;
+}
+
+std::optional<store::FoundImage> JobManager::image(const std::string& id) const { return store_.image(id); }
+
+std::optional<Preview> JobManager::preview(const std::string& id) const {
+  if (const std::shared_ptr<LiveJob> job = find_live(id)) {
+    std::shared_ptr<const std::string> png = job->preview();
+    if (!png) return Preview{Preview::State::not_yet, nullptr};
+    return Preview{Preview::State::present, std::move(png)};
+  }
+  const std::optional<store::FoundImage> found = store_.image(id);
+  if (!found) return std::nullopt;
+  if (found->state == store::ImageState::expired) return Preview{Preview::State::expired, nullptr};
+  if (found->state == store::ImageState::none) return Preview{};
+  return Preview{Preview::State::present, found->image.png_preview ? found->image.png_preview : found->image.bytes};
+}
+
+std::optional<double> JobManager::progress_interval_s(const std::string& id) const {
+  const std::optional<store::JobRecord> record = store_.find(id);
+  if (!record) return std::nullopt;
+  return record->progress_interval_s;
+}
+
+bool JobManager::is_accepting() const {
+  const std::lock_guard lock(mutex_);
+  return is_accepting_;
+}
+
+void JobManager::stop_accepting() {
+  const std::lock_guard lock(mutex_);
+  is_accepting_ = false;
+}
+
+void JobManager::stop() {
+  std::map<QueueKey, std::shared_ptr<LiveJob>> waiting;
+  {
+    const std::lock_guard lock(mutex_);
+    is_accepting_ = false;
+    waiting.swap(queue_);
+    queued_bytes_ = 0;
+    for (const auto& [id, job] : live_) job->ask_to_stop(StopReason::server_stopped);
+  }
+  for (const auto& [key, job] : waiting) end(*job, stopped(StopReason::server_stopped, 0));
+  for (std::jthread& runner : runners_) runner.request_stop();
+  timekeeper_.request_stop();
+  for (std::jthread& runner : runners_) {
+    if (runner.joinable()) runner.join();
+  }
+  if (timekeeper_.joinable()) timekeeper_.join();
+}
+
+int JobManager::retry_after_s() const {
+  constexpr double longest_s = 60;
+  return static_cast<int>(std::clamp(std::ceil(average_s_ / std::max(1, settings_.jobs)), 1.0, longest_s));
+}
+
+Counts JobManager::counts() const {
+  const std::lock_guard lock(mutex_);
+  Counts counts = totals_;
+  counts.queued = queue_.size();
+  counts.running = running_;
+  return counts;
+}
+
+}  // namespace penumbra::jobs

@@ -1,0 +1,120 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/job_resource.h"
+
+namespace penumbra::store {
+
+using api::JobState;
+using api::Time;
+
+/// What is kept of a job, its spec and its image aside.
+struct JobRecord {
+  std::string id;  // ids of later jobs are greater, byte by byte
+  JobState state = JobState::queued;
+  int priority = 0;
+  double progress_interval_s = 0.5;
+  double percent = 0;  // where a job that has ended stood
+  Time created_at;
+  std::optional<Time> started_at, finished_at;
+  std::optional<api::Problem> error;
+  std::optional<render::Stats> stats;
+};
+
+/// Bytes of a finished job; shared, for they may be large.
+struct Image {
+  std::shared_ptr<const std::string> bytes;
+  std::string media_type;
+  std::string sha256;  // of `bytes`, in hexadecimal
+  /// The same picture as PNG, where `bytes` are no PNG.
+  std::shared_ptr<const std::string> png_preview;
+};
+
+/// What a client chose so that a repeated call makes no second job, and the hash of the body it came with.
+struct IdempotencyKey {
+  std::string key;
+  std::string body_sha256;
+};
+
+struct Created {
+  enum class Outcome {
+    created,
+    repeated,  // the key has been used with the same body: `job` is what it made
+    conflict,  // the key has been used with another body; nothing was stored
+  };
+  Outcome outcome = Outcome::created;
+  JobRecord job;
+};
+
+/// How a job ended.
+struct Ending {
+  JobState state = JobState::succeeded;  // a final one
+  double percent = 100;
+  Time finished_at;
+  std::optional<api::Problem> error;
+  std::optional<render::Stats> stats;
+  std::optional<Image> image;
+};
+
+struct Page {
+  std::vector<JobRecord> jobs;
+  std::optional<std::string> next_page_token;  // nothing on the last page
+};
+
+/// How long finished work is kept.
+struct Retention {
+  std::size_t max_jobs = 10'000;             // finished ones
+  std::size_t max_image_bytes = 512u << 20;  // of all images
+  std::chrono::seconds image_age = std::chrono::hours(24);
+  std::chrono::seconds job_age = std::chrono::hours(7 * 24);
+};
+
+enum class ImageState { none, present, expired };
+
+struct FoundImage {
+  ImageState state = ImageState::none;
+  Image image;  // when present
+};
+
+/// Where jobs live: the one interface of every store. What a call that changes something has returned from, a durable
+/// store will not lose. All members may be called from any thread.
+class JobStore {
+ public:
+  virtual ~JobStore() = default;
+
+  /// Stores a queued job and the body it was made from. A key whose job was canceled is free again.
+  virtual Created create(const JobRecord& job, std::string spec, const std::optional<IdempotencyKey>& key) = 0;
+  /// What `create` would answer to this key if it is taken.
+  virtual std::optional<Created> find_key(const IdempotencyKey& key) const = 0;
+
+  /// queued → running. False when the job is gone or not queued.
+  virtual bool start(const std::string& id, Time started_at) = 0;
+  /// Any unfinished state → the ending. False, and nothing changes, when the job is gone or has ended. The spec is no
+  /// longer kept.
+  virtual bool finish(const std::string& id, Ending ending) = 0;
+  /// Forgets the job, its image and its key. False when there is no such job.
+  virtual bool remove(const std::string& id) = 0;
+
+  virtual std::optional<JobRecord> find(const std::string& id) const = 0;
+  /// The body of an unfinished job.
+  virtual std::optional<std::string> spec(const std::string& id) const = 0;
+  /// Nothing when there is no such job.
+  virtual std::optional<FoundImage> image(const std::string& id) const = 0;
+  /// At most `limit` ≥ 1 jobs, newest first, of one state or of all; `page_token` is that of the page before.
+  virtual Page list(std::optional<JobState> state, std::size_t limit,
+                    const std::optional<std::string>& page_token) const = 0;
+  /// Queued and running jobs, oldest first: what is left to do after a restart.
+  virtual std::vector<JobRecord> unfinished() const = 0;
+
+  /// Drops images, then finished jobs, that are older than allowed or, oldest first, too many.
+  virtual void expire(const Retention& retention, Time now) = 0;
+};
+
+}  // namespace penumbra::store

@@ -1,0 +1,159 @@
+#include "server/store/memory_store.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace penumbra::store {
+
+namespace {
+
+std::size_t size_of(const Image& image) {
+  return (image.bytes ? image.bytes->size() : 0) + (image.png_preview ? image.png_preview->size() : 0);
+}
+
+}  // namespace
+
+std::optional<Created> MemoryStore::use_of(const IdempotencyKey& key) const {
+  const auto use = keys_.find(key.key);
+  if (use == keys_.end()) return std::nullopt;
+  const JobRecord& job = entries_.at(use->second.id).job;
+  if (job.state == JobState::canceled) return std::nullopt;
+  if (use->second.body_sha256 != key.body_sha256) return Created{Created::Outcome::conflict, job};
+  return Created{Created::Outcome::repeated, job};
+}
+
+Created MemoryStore::create(const JobRecord& job, std::string spec, const std::optional<IdempotencyKey>& key) {
+  const std::lock_guard lock(mutex_);
+  if (key) {
+    if (std::optional<Created> use = use_of(*key)) return std::move(*use);
+    keys_[key->key] = {key->body_sha256, job.id};
+  }
+  entries_.insert_or_assign(job.id, Entry{job, std::move(spec), key ? key->key : "", {}});
+  return {Created::Outcome::created, job};
+}
+
+std::optional<Created> MemoryStore::find_key(const IdempotencyKey& key) const {
+  const std::lock_guard lock(mutex_);
+  return use_of(key);
+}
+
+bool MemoryStore::start(const std::string& id, Time started_at) {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end() || entry->second.job.state != JobState::queued) return false;
+  entry->second.job.state = JobState::running;
+  entry->second.job.started_at = started_at;
+  return true;
+}
+
+bool MemoryStore::finish(const std::string& id, Ending ending) {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(id);
+  if (found == entries_.end() || api::is_final(found->second.job.state)) return false;
+  Entry& entry = found->second;
+  entry.job.state = ending.state;
+  entry.job.percent = ending.percent;
+  entry.job.finished_at = ending.finished_at;
+  entry.job.error = std::move(ending.error);
+  entry.job.stats = std::move(ending.stats);
+  entry.spec = std::string();
+  if (ending.image) {
+    entry.found = {ImageState::present, std::move(*ending.image)};
+    image_bytes_ += size_of(entry.found.image);
+  }
+  ++finished_jobs_;
+  return true;
+}
+
+void MemoryStore::drop_image(Entry& entry) {
+  if (entry.found.state != ImageState::present) return;
+  image_bytes_ -= size_of(entry.found.image);
+  entry.found = {ImageState::expired, {}};
+}
+
+MemoryStore::Entries::iterator MemoryStore::erase(Entries::iterator entry) {
+  drop_image(entry->second);
+  if (api::is_final(entry->second.job.state)) --finished_jobs_;
+  const auto use = keys_.find(entry->second.key);
+  // A key that was free again may by now belong to a later job.
+  if (use != keys_.end() && use->second.id == entry->first) keys_.erase(use);
+  return entries_.erase(entry);
+}
+
+bool MemoryStore::remove(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end()) return false;
+  erase(entry);
+  return true;
+}
+
+std::optional<JobRecord> MemoryStore::find(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end()) return std::nullopt;
+  return entry->second.job;
+}
+
+std::optional<std::string> MemoryStore::spec(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end() || api::is_final(entry->second.job.state)) return std::nullopt;
+  return entry->second.spec;
+}
+
+std::optional<FoundImage> MemoryStore::image(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end()) return std::nullopt;
+  return entry->second.found;
+}
+
+Page MemoryStore::list(std::optional<JobState> state, std::size_t limit,
+                       const std::optional<std::string>& page_token) const {
+  const std::lock_guard lock(mutex_);
+  Page page;
+  // The token is the id of the last job of the page before; what is newer has been seen.
+  auto entry = page_token ? entries_.lower_bound(*page_token) : entries_.end();
+  while (entry != entries_.begin()) {
+    --entry;
+    if (state && entry->second.job.state != *state) continue;
+    if (page.jobs.size() == limit) {
+      page.next_page_token = page.jobs.back().id;
+      break;
+    }
+    page.jobs.push_back(entry->second.job);
+  }
+  return page;
+}
+
+std::vector<JobRecord> MemoryStore::unfinished() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<JobRecord> jobs;
+  for (const auto& [id, entry] : entries_) {
+    if (!api::is_final(entry.job.state)) jobs.push_back(entry.job);
+  }
+  return jobs;
+}
+
+void MemoryStore::expire(const Retention& retention, Time now) {
+  const std::lock_guard lock(mutex_);
+  const auto shortest_age = std::min(retention.image_age, retention.job_age);
+  for (auto entry = entries_.begin(); entry != entries_.end();) {
+    const JobRecord& job = entry->second.job;
+    const bool is_within_bounds = image_bytes_ <= retention.max_image_bytes && finished_jobs_ <= retention.max_jobs;
+    // A job ends after it was created, and all that follow were created later.
+    if (is_within_bounds && now - job.created_at <= shortest_age) return;
+    if (!api::is_final(job.state)) {
+      ++entry;
+      continue;
+    }
+    const auto age = now - job.finished_at.value_or(job.created_at);
+    if (age > retention.image_age || image_bytes_ > retention.max_image_bytes) drop_image(entry->second);
+    const bool is_forgotten = age > retention.job_age || finished_jobs_ > retention.max_jobs;
+    entry = is_forgotten ? erase(entry) : std::next(entry);
+  }
+}
+
+}  // namespace penumbra::store
