@@ -74,7 +74,7 @@ function clearErrors() {
 }
 
 function showProblem(problem) {
-  by('problem').textContent = problem.detail || problem.title || 'The server refused the job';
+  by('problem').textContent = [problem.title, problem.detail].filter(Boolean).join(': ') || 'The server refused the job';
   by('error-list').replaceChildren(...(problem.errors ?? []).map(({pointer, detail}) => {
     const place = document.createElement('button');
     place.type = 'button';
@@ -116,7 +116,7 @@ function setBusy(busy) {
 async function submit(event) {
   event.preventDefault();
   clearErrors();
-  by('stats').hidden = by('download').hidden = true;
+  by('stats').hidden = by('download').hidden = picture.hidden = true;
   setBusy(true);
   showState('Sending', 0);
   try {

@@ -111,7 +111,6 @@ class Server::Listener : public httplib::Server {
   void configure() {
     new_task_queue = [this] { return new TaskQueue(settings_.max_connections + refusing_threads); };
     set_tcp_nodelay(true);
-    set_keep_alive_timeout(std::chrono::duration_cast<std::chrono::seconds>(settings_.connection.idle).count());
     // Not SO_REUSEPORT, which would let a second server share the port in silence.
     set_socket_options([](socket_t socket) {
       const int yes = 1;
@@ -141,10 +140,12 @@ class Server::Listener : public httplib::Server {
       const bool is_body_unread =
           request.template get_header_value<std::uint64_t>("Content-Length") != request.body.size();
       if (is_body_unread && !response.has_header("Connection")) response.set_header("Connection", "close");
-      if (response.has_header("Connection")) response.headers.erase("Keep-Alive");
+      // The library promises five requests a connection, and ranges; neither is so.
+      response.headers.erase("Keep-Alive");
+      response.headers.erase("Accept-Ranges");
       if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
       metrics_.count_response(response.status);
-      spdlog::debug("{} {} {}", request.method, request.path, response.status);
+      spdlog::debug("{} {} {}", request.method, request.target, response.status);
     });
   }
 

@@ -1,0 +1,58 @@
+#include "tests/server/fixture.h"
+
+#include <chrono>
+#include <thread>
+
+using namespace penumbra;
+
+namespace {
+
+http::ServerSettings on_free_port(http::ServerSettings settings) {
+  settings.port = 0;
+  return settings;
+}
+
+}  // namespace
+
+TestServer::TestServer(const jobs::Settings& jobs, http::ServerSettings http)
+    : pool_(2), manager_(jobs, store_, pool_), server_(on_free_port(std::move(http)), manager_), port_(server_.start()) {}
+
+TestServer::~TestServer() {
+  manager_.stop();
+  server_.stop();
+}
+
+nlohmann::json TestServer::job(const std::string& id) const {
+  return nlohmann::json::parse(call(port_, "GET", "/v1/jobs/" + id).body);
+}
+
+std::string TestServer::submit(const std::string& body) const {
+  const Reply reply = post(port_, "/v1/jobs", body);
+  if (reply.status != 202) throw std::runtime_error("not accepted: " + reply.body);
+  return nlohmann::json::parse(reply.body).at("id");
+}
+
+bool TestServer::reaches(const std::string& id, std::string_view state) const {
+  return eventually([&] { return state_of(id) == state; });
+}
+
+bool eventually(const std::function<bool()>& is_so) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!is_so()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+std::string small_job(std::string_view options) {
+  const std::string scene = R"({"scene": {
+    "camera": {"position": [0, 0, 5], "direction": [0, 0, -1], "vertical_fov": 40},
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
+    "lights": [{"type": "point", "position": [3, 4, 5], "intensity": 1}]}, "options": {)";
+  return scene + std::string(options) + "}}";
+}
+
+std::string endless_job(std::string_view more) {
+  return small_job(R"("width": 4000, "height": 4000, "samples_per_pixel": 128)" + std::string(more));
+}

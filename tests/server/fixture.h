@@ -1,0 +1,42 @@
+#pragma once
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "server/http/server.h"
+#include "server/jobs/job_manager.h"
+#include "server/store/memory_store.h"
+#include "tests/server/client.h"
+
+/// A whole server in this process, on a free port.
+class TestServer {
+ public:
+  explicit TestServer(const penumbra::jobs::Settings& jobs = {}, penumbra::http::ServerSettings http = {});
+  ~TestServer();
+
+  int port() const { return port_; }
+  penumbra::jobs::JobManager& manager() { return manager_; }
+
+  nlohmann::json job(const std::string& id) const;
+  std::string state_of(const std::string& id) const { return job(id).at("state"); }
+  /// Posts a job and returns its id.
+  std::string submit(const std::string& body) const;
+  /// Waits until the job is in this state.
+  bool reaches(const std::string& id, std::string_view state) const;
+
+ private:
+  penumbra::store::MemoryStore store_;
+  penumbra::render::Pool pool_;
+  penumbra::jobs::JobManager manager_;
+  penumbra::http::Server server_;
+  int port_;
+};
+
+/// Whether `is_so` becomes true within half a minute.
+bool eventually(const std::function<bool()>& is_so);
+
+/// A sphere under a light; `options` are JSON members such as R"("width": 16)".
+std::string small_job(std::string_view options = R"("width": 16, "height": 16)");
+/// The same for an hour, with a report every few milliseconds of work. `more` are further options, each after a comma.
+std::string endless_job(std::string_view more = "");

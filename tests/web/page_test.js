@@ -1,0 +1,142 @@
+// The page, as a person meets it: choose an example, render, watch the percentage, see the picture, make a mistake, cancel.
+import assert from 'node:assert/strict';
+import {spawn} from 'node:child_process';
+import {mkdirSync} from 'node:fs';
+import {join} from 'node:path';
+import {createInterface} from 'node:readline';
+import {test, before, after} from 'node:test';
+import {chromium} from 'playwright-core';
+import {locate} from '../../clients/web/locate.js';
+
+const bin = process.argv[2];
+const pictures = join(bin, '..', 'web-test');
+const flags = ['--no-sandbox', '--disable-gpu', '--no-first-run', '--disable-background-networking',
+               '--disable-component-update', '--disable-sync', '--disable-quic'];
+let server, url, browser, page;
+const complaints = [];
+
+before(async () => {
+  mkdirSync(pictures, {recursive: true});
+  server = spawn(join(bin, 'penumbra'), ['serve', '--listen', '127.0.0.1:0', '--log-level', 'off'], {stdio: ['ignore', 'pipe', 'inherit']});
+  for await (const line of createInterface(server.stdout)) {
+    url = line.match(/^listening on (.*)$/)?.[1];
+    if (url) break;
+  }
+  browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: flags});
+  page = await browser.newPage({viewport: {width: 1280, height: 860}});
+  page.on('pageerror', error => complaints.push(String(error)));
+  page.on('console', message => message.type() === 'error' && complaints.push(message.text()));
+  await page.goto(url);
+  await until(() => document.querySelector('#body').value !== '');
+});
+
+after(async () => {
+  await browser?.close();
+  server?.kill('SIGTERM');
+});
+
+/// Waits until the function, run in the page, says so. (The page's own policy forbids the library's way, which is eval.)
+async function until(condition, argument) {
+  for (const end = Date.now() + 60000; Date.now() < end; await new Promise(resolve => setTimeout(resolve, 20))) {
+    if (await page.evaluate(condition, argument)) return;
+  }
+  assert.fail(`never came true: ${condition}`);
+}
+const text = selector => page.textContent(selector);
+const state = expected => until(s => document.querySelector('#state').textContent.startsWith(s), expected);
+
+/// Chooses an example by name and waits for its JSON.
+async function choose(name) {
+  await page.selectOption('#example', {label: name});
+  await until(n => document.querySelector('#body').value.includes(`"name": "${n}"`), name);
+}
+
+async function setOption(name, value) {
+  await page.fill(`#${name}`, String(value));
+  await page.dispatchEvent(`#${name}`, 'change');
+}
+
+test('render an example: the percentage rises, previews appear, the picture comes', async () => {
+  await choose('room-flat');
+  await setOption('width', 700);
+  await setOption('height', 700);
+  await setOption('samples_per_pixel', 16);
+  assert.equal(JSON.parse(await page.inputValue('#body')).options.width, 700);
+  await page.evaluate(() => {
+    window.seen = [];
+    new MutationObserver(() => window.seen.push(parseFloat(document.querySelector('#percent').textContent)))
+        .observe(document.querySelector('#percent'), {childList: true, characterData: true, subtree: true});
+  });
+  await page.click('#render');
+  await until(() => document.querySelector('#picture').src.includes('/preview'));
+  await page.screenshot({path: join(pictures, 'rendering.png')});
+  await state('Done');
+  const seen = (await page.evaluate(() => window.seen)).filter(Number.isFinite);
+  assert.ok(seen.some(p => p > 0 && p < 100), `percentages between 0 and 100: ${seen}`);
+  assert.deepEqual(seen, [...seen].sort((a, b) => a - b), 'the percentage never falls');
+  assert.equal(await text('#percent'), '100.0 %');
+  await until(() => document.querySelector('#picture').src.endsWith('/image') && document.querySelector('#picture').complete);
+  assert.equal(await page.evaluate(() => document.querySelector('#picture').naturalWidth), 700);
+  assert.ok(await page.isVisible('#download'));
+  assert.match(await text('#stats'), /Camera rays/);
+  await page.screenshot({path: join(pictures, 'done.png'), fullPage: true});
+});
+
+test('a mistake is shown with its place, and the place is marked in the text', async () => {
+  await choose('light-sphere-point');
+  const job = JSON.parse(await page.inputValue('#body'));
+  job.scene.objects[0].radius = -1;
+  job.scene.lights[0].colour = 1;
+  await page.fill('#body', JSON.stringify(job, null, 1));
+  await page.click('#render');
+  await page.waitForSelector('#errors:not([hidden])');
+  const errors = await text('#error-list');
+  assert.match(errors, /\/scene\/objects\/0\/radius/);
+  assert.match(errors, /\/scene\/lights\/0\/colour/);
+  await page.click('#error-list button >> text=radius');
+  const marked = await page.evaluate(() => {
+    const area = document.querySelector('#body');
+    return area.value.slice(area.selectionStart, area.selectionEnd);
+  });
+  assert.equal(marked, '-1');
+  await page.screenshot({path: join(pictures, 'errors.png')});
+});
+
+test('text that is not JSON is refused', async () => {
+  await page.fill('#body', '{"scene": ');
+  await page.click('#render');
+  await page.waitForSelector('#errors:not([hidden])');
+  assert.match(await text('#problem'), /JSON/i);
+});
+
+test('a long job can be canceled', async () => {
+  await choose('glass-and-mirrors');
+  await setOption('samples_per_pixel', 400);
+  await page.click('#render');
+  await state('Rendering');
+  await page.click('#cancel');
+  await state('Canceled');
+  assert.ok(await page.isEnabled('#render'));
+});
+
+test('on a phone nothing is wider than the screen', async () => {
+  await page.setViewportSize({width: 390, height: 844});
+  await choose('hard-and-soft');
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+  await page.screenshot({path: join(pictures, 'phone.png'), fullPage: true});
+});
+
+test('the browser had nothing to complain about', () => {
+  // A refused job is an answer the browser reports by its status.
+  assert.deepEqual(complaints.filter(line => !/status of 4\d\d/.test(line)), []);
+});
+
+test('a JSON Pointer is found in the text', () => {
+  const json = '{"a": [1, {"b/c": "x, }"}, [2]], "d~": null}';
+  const at = pointer => { const {start, end} = locate(json, pointer); return json.slice(start, end); };
+  assert.equal(at(''), json);
+  assert.equal(at('/a/1/b~1c'), '"x, }"');
+  assert.equal(at('/a/2/0'), '2');
+  assert.equal(at('/d~0'), 'null');
+  assert.equal(at('/a/1/missing'), '{"b/c": "x, }"}');
+});
