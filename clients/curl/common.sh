@@ -17,5 +17,7 @@ request() {
     rm -f "$body"
     return 1
   fi
-  if [[ $output == - ]]; then cat "$body"; rm -f "$body"; else mv "$body" "$output"; chmod "$(printf '%o' $((0666 & ~$(umask))))" "$output"; fi
+  # Written, not moved: the output may be a device, and keeps its own permissions.
+  if [[ $output == - ]]; then cat "$body"; else cat "$body" >"$output"; fi
+  rm -f "$body"
 }

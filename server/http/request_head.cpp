@@ -81,10 +81,10 @@ std::optional<api::Problem> check_line(std::string_view method, std::string_view
   if (!is_token(method)) return bad_request("the request line is malformed");
   if (!version.starts_with("HTTP/")) return bad_request("the request line is malformed");
   if (version != "HTTP/1.1" && version != "HTTP/1.0") return version_not_supported();
-  if (std::find(known_methods.begin(), known_methods.end(), method) == known_methods.end())
-    return not_implemented("the method is not known");
   if (!is_clean(target, false) || (!target.starts_with('/') && target != "*"))
     return bad_request("the request target is malformed");
+  if (std::find(known_methods.begin(), known_methods.end(), method) == known_methods.end())
+    return not_implemented("the method is not known");
   if (target.substr(0, target.find('?')).size() > max_path_bytes) return uri_too_long(max_path_bytes);
   if (target.size() > max_target_bytes) return uri_too_long(max_target_bytes);
   return std::nullopt;

@@ -1,5 +1,7 @@
 #include "server/jobs/job_manager.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -29,6 +31,7 @@ void JobManager::recover() {
     live_.emplace(job->id(), job);
     queue_.emplace(key_of(*job), job);
   }
+  spdlog::debug("{} unfinished jobs, {} at once", queue_.size(), settings_.jobs);
 }
 
 Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key) {

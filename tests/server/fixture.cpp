@@ -15,7 +15,10 @@ http::ServerSettings on_free_port(http::ServerSettings settings) {
 }  // namespace
 
 TestServer::TestServer(const jobs::Settings& jobs, http::ServerSettings http)
-    : pool_(2), manager_(jobs, store_, pool_), server_(on_free_port(std::move(http)), manager_), port_(server_.start()) {}
+    : pool_(2),
+      manager_(jobs, store_, pool_),
+      server_(on_free_port(std::move(http)), manager_),
+      port_(server_.start()) {}
 
 TestServer::~TestServer() {
   manager_.stop();
@@ -54,5 +57,5 @@ std::string small_job(std::string_view options) {
 }
 
 std::string endless_job(std::string_view more) {
-  return small_job(R"("width": 4000, "height": 4000, "samples_per_pixel": 128)" + std::string(more));
+  return small_job(R"("width": 1200, "height": 1200, "samples_per_pixel": 1024)" + std::string(more));
 }

@@ -38,5 +38,5 @@ bool eventually(const std::function<bool()>& is_so);
 
 /// A sphere under a light; `options` are JSON members such as R"("width": 16)".
 std::string small_job(std::string_view options = R"("width": 16, "height": 16)");
-/// The same for an hour, with a report every few milliseconds of work. `more` are further options, each after a comma.
+/// The same for minutes. `more` are further options, each after a comma.
 std::string endless_job(std::string_view more = "");

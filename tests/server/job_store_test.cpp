@@ -5,7 +5,7 @@
 #include "server/store/memory_store.h"
 #include "server/store/sha256.h"
 
-// What every store must do: another store is one more type after MemoryStore.
+// What every store must do. Another store is one more type after MemoryStore in each case.
 
 using namespace penumbra::store;
 using Outcome = Created::Outcome;

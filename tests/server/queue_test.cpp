@@ -1,0 +1,154 @@
+#include <doctest/doctest.h>
+
+#include <thread>
+
+#include "engine/render/pool.h"
+#include "tests/server/fixture.h"
+
+using nlohmann::json;
+using namespace penumbra;
+
+namespace {
+
+jobs::Settings settings_for(int at_once, std::size_t queued) {
+  jobs::Settings settings;
+  settings.jobs = at_once;
+  settings.max_queued = queued;
+  return settings;
+}
+
+}  // namespace
+
+TEST_CASE("a full queue answers 429 and harms nobody who is in it") {
+  const TestServer server(settings_for(1, 2));
+  const std::string running = server.submit(endless_job());
+  REQUIRE(server.reaches(running, "running"));
+  const std::string first = server.submit(small_job()), second = server.submit(small_job());
+  for (const char* path : {"/v1/jobs", "/v1/render"}) {
+    const Reply refused = post(server.port(), path, small_job());
+    CHECK(refused.status == 429);
+    CHECK(json::parse(refused.body).at("type") == "/problems/queue-full");
+    CHECK(std::stoi(refused.headers.at("retry-after")) >= 1);
+  }
+  CHECK(server.state_of(first) == "queued");
+  call(server.port(), "POST", "/v1/jobs/" + running + "/cancel");
+  CHECK(server.reaches(first, "succeeded"));
+  CHECK(server.reaches(second, "succeeded"));
+  CHECK(post(server.port(), "/v1/render", small_job()).status == 200);
+}
+
+TEST_CASE("without a queue a job still runs when nothing else does") {
+  const TestServer server(settings_for(1, 0));
+  CHECK(post(server.port(), "/v1/render", small_job()).status == 200);
+  const std::string running = server.submit(endless_job());
+  CHECK(post(server.port(), "/v1/jobs", small_job()).status == 429);
+  call(server.port(), "DELETE", "/v1/jobs/" + running);
+}
+
+TEST_CASE("the bodies of waiting jobs have a budget too") {
+  jobs::Settings settings = settings_for(1, 100);
+  settings.max_queued_bytes = 1000;
+  const TestServer server(settings);
+  const std::string running = server.submit(endless_job());
+  REQUIRE(server.reaches(running, "running"));
+  int accepted = 0;
+  while (post(server.port(), "/v1/jobs", small_job()).status == 202) ++accepted;
+  CHECK(accepted >= 1);
+  CHECK(accepted < 10);
+}
+
+TEST_CASE("higher priorities go first, equal ones in order") {
+  const TestServer server(settings_for(1, 10));
+  const std::string running = server.submit(endless_job());
+  REQUIRE(server.reaches(running, "running"));
+  const auto submit = [&](int priority) {
+    return server.submit(small_job(R"("width": 8, "height": 8, "priority": )" + std::to_string(priority)));
+  };
+  const std::string low = submit(-5), usual = submit(0), later = submit(0), high = submit(50);
+  CHECK(server.job(high).at("queue_position") == 1);
+  CHECK(server.job(usual).at("queue_position") == 2);
+  CHECK(server.job(later).at("queue_position") == 3);
+  CHECK(server.job(low).at("queue_position") == 4);
+  call(server.port(), "POST", "/v1/jobs/" + running + "/cancel");
+  std::vector<std::string> starts;
+  for (const std::string& id : {high, usual, later, low}) {
+    REQUIRE(server.reaches(id, "succeeded"));
+    starts.push_back(server.job(id).at("started_at"));
+  }
+  CHECK(std::is_sorted(starts.begin(), starts.end()));
+}
+
+TEST_CASE("many clients at once each get their image") {
+  const TestServer server;
+  const std::string expected = post(server.port(), "/v1/render", small_job()).body;
+  std::atomic<int> good = 0;
+  {
+    std::vector<std::jthread> clients;
+    for (int i = 0; i < 8; ++i) {
+      clients.emplace_back([&] {
+        Client client(server.port());
+        for (int j = 0; j < 5; ++j) {
+          const auto reply = client.request("POST", "/v1/render", small_job(), "Content-Type: application/json\r\n");
+          if (reply && reply->status == 200 && reply->body == expected) ++good;
+        }
+      });
+    }
+  }
+  CHECK(good == 40);
+}
+
+TEST_CASE("small jobs pass beside a large one") {
+  const TestServer server(settings_for(2, 10));
+  const std::string large = server.submit(endless_job());
+  REQUIRE(server.reaches(large, "running"));
+  CHECK(post(server.port(), "/v1/render", small_job()).status == 200);
+  CHECK(server.state_of(large) == "running");
+}
+
+TEST_CASE("a job that takes longer than allowed fails with a reason") {
+  jobs::Settings settings;
+  settings.time_limit_s = 0.3;
+  const TestServer server(settings);
+  const std::string id = server.submit(endless_job());
+  REQUIRE(server.reaches(id, "failed"));
+  const json job = server.job(id);
+  CHECK(job.at("error").at("type") == "/problems/time-limit");
+  CHECK(job.at("progress").at("percent") < 100);
+  const Reply waited = post(server.port(), "/v1/render", endless_job());
+  CHECK(waited.status == 422);
+  CHECK(json::parse(waited.body).at("type") == "/problems/time-limit");
+}
+
+TEST_CASE("what a store has left unfinished is taken up") {
+  store::MemoryStore store;
+  store::JobRecord record;
+  record.id = "01JDF3Z4N6Q8R0S2T4V6X8Y0Z2";
+  record.created_at = std::chrono::system_clock::now();
+  store.create(record, small_job(), {});
+  store::JobRecord invalid = record;
+  invalid.id = "01JDF3Z4N6Q8R0S2T4V6X8Y0Z3";
+  store.create(invalid, "{}", {});
+
+  render::Pool pool(1);
+  const jobs::JobManager manager({}, store, pool);
+  CHECK(eventually([&] { return manager.find(record.id)->state == api::JobState::succeeded; }));
+  CHECK(eventually([&] { return manager.find(invalid.id)->state == api::JobState::failed; }));
+  CHECK(manager.find(invalid.id)->error->status == 422);
+}
+
+TEST_CASE("stopping fails what is not done and wakes whoever waits") {
+  store::MemoryStore store;
+  render::Pool pool(2);
+  jobs::JobManager manager(settings_for(1, 10), store, pool);
+  const std::string running = manager.submit(endless_job(), {}).job.id, queued = manager.submit(small_job(), {}).job.id;
+  std::jthread waiter([&] {
+    const auto job = manager.wait(queued, jobs::Clock::now() + std::chrono::seconds(30));
+    CHECK(job->state == api::JobState::failed);
+  });
+  manager.stop();
+  for (const std::string& id : {running, queued}) {
+    CHECK(manager.find(id)->state == api::JobState::failed);
+    CHECK(manager.find(id)->error->type == "/problems/server-stopped");
+  }
+  CHECK(manager.submit(small_job(), {}).outcome == jobs::Submission::Outcome::stopping);
+}

@@ -1,0 +1,200 @@
+// One scene, one picture: for any number of threads, any acceleration, with and without what only saves time.
+#include "engine/render/render.h"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "engine/output/encode.h"
+#include "tests/support/scenes.h"
+
+using namespace penumbra;
+
+namespace {
+
+render::Picture rendered(const api::JobRequest& job, int threads = 2, const render::Switches& switches = {}) {
+  render::Pool pool(threads);
+  render::Control control;
+  auto picture = render::render(job.scene, job.options, pool, control, switches);
+  REQUIRE(picture);
+  CHECK(control.percent() == 100);
+  return std::move(*picture);
+}
+
+std::string png(const render::Film& film) { return output::encode(film, {}); }
+
+double rmse(const render::Film& a, const render::Film& b) {
+  REQUIRE(a.rgb.size() == b.rgb.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); ++i) {
+    const double d = std::clamp(a.rgb[i], 0.0F, 1.0F) - std::clamp(b.rgb[i], 0.0F, 1.0F);
+    sum += d * d;
+  }
+  return std::sqrt(sum / static_cast<double>(a.rgb.size()));
+}
+
+}  // namespace
+
+TEST_CASE("every thread mode gives the same bytes") {
+  api::JobRequest job = test::zoo();
+  job.options.threads = scene::serial;
+  const render::Film serial = rendered(job).film;
+  for (const int threads : {scene::all_threads, scene::cores_less_two, 1, 3}) {
+    job.options.threads = threads;
+    CHECK(rendered(job, 4).film.rgb == serial.rgb);
+  }
+}
+
+TEST_CASE("a thread count means what the contract says") {
+  CHECK(render::thread_limit(scene::serial, 8) == 1);
+  CHECK(render::thread_limit(scene::all_threads, 8) == 8);
+  CHECK(render::thread_limit(3, 8) == 3);
+  CHECK(render::thread_limit(30, 8) == 8);
+  CHECK(render::thread_limit(scene::cores_less_two, 8) == std::clamp(render::available_cores() - 2, 1, 8));
+}
+
+TEST_CASE("every acceleration gives the same image") {
+  for (api::JobRequest job : {test::zoo(), test::example("room-groups"), test::example("teapot")}) {
+    job.options.width = job.options.height = 96;
+    job.options.acceleration = scene::Acceleration::bvh;
+    const render::Film best = rendered(job).film;
+    for (const auto acceleration : {scene::Acceleration::none, scene::Acceleration::cbr, scene::Acceleration::groups,
+                                    scene::Acceleration::median}) {
+      job.options.acceleration = acceleration;
+      CHECK(png(rendered(job).film) == png(best));
+    }
+  }
+}
+
+TEST_CASE("what only saves time changes no picture beyond its sampling error") {
+  api::JobRequest job = test::example("room-flat");
+  job.options.width = job.options.height = 120;
+  job.options.shadow_samples = 256;
+  const render::Picture fast = rendered(job);
+  CHECK(fast.stats.skipped.at("shadow_rays_lit") > 0);
+  CHECK(fast.stats.skipped.at("shadow_rays_dark") > 0);
+  CHECK(fast.stats.skipped.at("shadow_rays_covered") > 0);
+  CHECK(fast.stats.skipped.at("merged_lights") == 1);
+  // The room's soft shadows are exact but for penumbrae: 256 samples leave less than 1e-3.
+  CHECK(rmse(fast.film, rendered(job, 2, {false, true}).film) < 1e-3);
+  CHECK(rmse(fast.film, rendered(job, 2, {true, false}).film) < 1e-3);
+}
+
+TEST_CASE("seeds change the noise, not the picture") {
+  api::JobRequest job = test::zoo();
+  const render::Film first = rendered(job).film;
+  CHECK(rendered(job).film.rgb == first.rgb);
+  job.options.seed = 7;
+  const render::Film second = rendered(job).film;
+  CHECK(second.rgb != first.rgb);
+  CHECK(rmse(first, second) < 0.02);
+}
+
+TEST_CASE("progress never falls, previews fill up, and a watcher may look at any time") {
+  api::JobRequest job = test::zoo();
+  job.options.shadow_samples = 64;
+  render::Pool pool(2);
+  render::Control control;
+  std::atomic<bool> is_over = false;
+  int previews = 0;
+  std::jthread watcher([&] {
+    double last = 0;
+    while (!is_over) {
+      const double now = control.percent();
+      CHECK(now >= last);
+      CHECK(now <= 100);
+      last = now;
+      if (control.preview().width == job.options.width) ++previews;
+    }
+  });
+  const auto picture = render::render(job.scene, job.options, pool, control);
+  is_over = true;
+  watcher.join();
+  REQUIRE(picture);
+  CHECK(previews > 0);
+  CHECK(control.preview().rgb == picture->film.rgb);
+}
+
+TEST_CASE("a cancel stops the render within a tile row, wherever it is") {
+  api::JobRequest job = test::zoo();
+  job.options.width = job.options.height = 2000;
+  job.options.samples_per_pixel = 64;
+  render::Pool pool(2);
+  render::Control control;
+  std::jthread canceler([&] {
+    while (control.percent() == 0 && control.preview().width == 0) std::this_thread::yield();
+    control.cancel();
+  });
+  CHECK_FALSE(render::render(job.scene, job.options, pool, control));
+  CHECK(control.percent() < 50);
+}
+
+TEST_CASE("mirrors that reflect each other for ever can be canceled inside a pixel") {
+  const api::JobRequest job = api::parse_job(R"({"scene": {
+    "camera": {"position": [0, 0, 0], "direction": [0, 0, -1], "vertical_fov": 60},
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 2, "material": {"reflection": 1, "transmission": 1}},
+                {"type": "sphere", "center": [0, 0, 0], "radius": 4, "material": {"reflection": 1, "transmission": 1}}]},
+    "options": {"width": 1, "height": 1, "max_depth": 32, "min_contribution": 0}})");
+  render::Pool pool(1);
+  render::Control control;
+  std::jthread canceler([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    control.cancel();
+  });
+  CHECK_FALSE(render::render(job.scene, job.options, pool, control));
+}
+
+TEST_CASE("renders share a pool, and each gives its own picture") {
+  const api::JobRequest job = test::zoo();
+  const render::Film alone = rendered(job).film;
+  render::Pool pool(2);
+  std::vector<std::jthread> users;
+  for (int i = 0; i < 4; ++i) {
+    users.emplace_back([&] {
+      render::Control control;
+      const auto picture = render::render(job.scene, job.options, pool, control);
+      CHECK(picture->film.rgb == alone.rgb);
+    });
+  }
+}
+
+TEST_CASE("a pool runs every task once, on no more threads than allowed") {
+  render::Pool pool(3);
+  std::atomic<int> now = 0, most = 0;
+  std::vector<std::atomic<int>> runs(200);
+  pool.run(200, 2, [&](std::int64_t i) {
+    int seen = most;
+    const int here = ++now;
+    while (here > seen && !most.compare_exchange_weak(seen, here)) {
+    }
+    ++runs[static_cast<std::size_t>(i)];
+    --now;
+  });
+  CHECK(most <= 2);
+  CHECK(std::all_of(runs.begin(), runs.end(), [](const auto& n) { return n == 1; }));
+}
+
+TEST_CASE("a time budget is kept and gives a whole picture") {
+  api::JobRequest job = test::example("room-flat");
+  job.options.width = job.options.height = 200;
+  job.options.shadow_samples = 4096;
+  job.options.samples_per_pixel = 1024;
+  job.options.time_budget_s = 0.5;
+  const render::Picture picture = rendered(job);
+  job.options = {};
+  job.options.width = job.options.height = 200;
+  CHECK(rmse(picture.film, rendered(job).film) < 0.08);
+}
+
+TEST_CASE("a target error saves work where the picture is smooth") {
+  api::JobRequest job = test::example("room-flat");
+  job.options.width = job.options.height = 120;
+  job.options.samples_per_pixel = 64;
+  const render::Picture full = rendered(job);
+  job.options.target_error = 0.02;
+  const render::Picture adaptive = rendered(job);
+  CHECK(adaptive.stats.rays.camera < full.stats.rays.camera / 2);
+  CHECK(rmse(adaptive.film, full.film) < 0.02);
+}
