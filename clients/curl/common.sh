@@ -5,11 +5,18 @@ usage() { # prints the script's opening comment
   sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"
 }
 
+# What would fail only after the render is looked at before it.
+must_read() { [[ $1 == - || -r $1 && ! -d $1 ]] || { echo "$1 cannot be read" >&2; exit 2; }; }
+must_write() {
+  [[ $1 == - || -w $1 && ! -d $1 || ! -e $1 && -w $(dirname -- "$1") ]] || { echo "$1 cannot be written" >&2; exit 2; }
+}
+
 # request OUTPUT CURL_ARGUMENTS...: the answer's body goes to OUTPUT; a refusal is explained on standard error.
 request() {
-  local output=$1 body status
+  local output=$1 status
   shift
   body=$(mktemp)
+  trap 'rm -f "$body"' EXIT
   status=$(curl -sS -o "$body" -w '%{http_code}' "$@") || { rm -f "$body"; return 3; }
   if [[ $status != 2?? ]]; then
     echo "$status: $(jq -r '.detail // .title' "$body" 2>/dev/null || cat "$body")" >&2

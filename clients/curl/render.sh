@@ -6,4 +6,6 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 [[ ${1-} == --help ]] && { usage; exit 0; }
 (($# == 2)) || { usage >&2; exit 2; }
+must_read "$1"
+must_write "$2"
 request "$2" "$url/v1/render" -H 'Content-Type: application/json' --data-binary "@$1"

@@ -6,4 +6,5 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 [[ ${1-} == --help ]] && { usage; exit 0; }
 (($# == 1)) || { usage >&2; exit 2; }
+must_read "$1"
 request - "$url/v1/jobs" -H 'Content-Type: application/json' --data-binary "@$1" | jq -r .id

@@ -71,11 +71,15 @@ function writeOption(event) {
 function clearErrors() {
   by('errors').hidden = true;
   body.classList.remove('bad');
+  for (const field of [body, ...optionFields.map(by)]) field.removeAttribute('aria-invalid');
 }
 
 function showProblem(problem) {
-  by('problem').textContent = [problem.title, problem.detail].filter(Boolean).join(': ') || 'The server refused the job';
-  by('error-list').replaceChildren(...(problem.errors ?? []).map(({pointer, detail}) => {
+  const errors = problem.errors ?? [];
+  // The detail of a problem with a list says what the list says.
+  const shown = errors.length ? [problem.title] : [problem.title, problem.detail];
+  by('problem').textContent = shown.filter(Boolean).join(': ') || 'The server refused the job';
+  by('error-list').replaceChildren(...errors.map(({pointer, detail}) => {
     const place = document.createElement('button');
     place.type = 'button';
     place.textContent = `${pointer || '(the whole body)'}: ${detail}`;
@@ -85,13 +89,28 @@ function showProblem(problem) {
     return item;
   }));
   by('errors').hidden = false;
+  const isOption = ({pointer}) => optionFields.some(name => pointer === `/options/${name}`);
+  for (const {pointer} of errors.filter(isOption)) by(pointer.slice('/options/'.length)).setAttribute('aria-invalid', 'true');
+  if (!errors.length && problem.status !== 400) return;  // not about the text
   body.classList.add('bad');
-  if (problem.errors?.length) select(problem.errors[0].pointer, false);
+  body.setAttribute('aria-invalid', 'true');
+  if (errors.length) select(errors[0].pointer, false);
+  else selectByte(problem.detail?.match(/^byte (\d+)/)?.[1]);
 }
 
 function select(pointer, focus = true) {
   const range = locate(body.value, pointer);
-  if (!range) return;
+  if (range) mark(range, focus);
+}
+
+/// Where the text stops being JSON; the server counts bytes, from 1.
+function selectByte(number) {
+  if (!number) return;
+  const before = new TextDecoder().decode(new TextEncoder().encode(body.value).slice(0, Math.max(0, number - 1)));
+  mark({start: before.length, end: before.length + 1}, true);
+}
+
+function mark(range, focus) {
   if (focus) body.focus();
   body.setSelectionRange(range.start, range.end);
   const line = body.value.slice(0, range.start).split('\n').length - 1;
@@ -145,7 +164,28 @@ function follow(resource) {
     showState(state === 'queued' ? 'Queued' : `Rendering${rest}`, percent);
   });
   for (const end of ['succeeded', 'failed', 'canceled']) events.addEventListener(end, finish);
+  events.addEventListener('error', streamLost);
   previewTimer = setInterval(showPreview, 1000);
+}
+
+// The browser comes back by itself after a cut, but not after a refusal.
+async function streamLost() {
+  if (events.readyState !== EventSource.CLOSED) return showState('The connection is lost, trying again', bar.value);
+  const followed = job.id;
+  await new Promise(resolve => setTimeout(resolve, 2000));
+  if (job.id !== followed || !by('render').disabled) return;
+  const answer = await fetch(job.links.self).catch(() => null);
+  if (answer?.status === 404) return giveUp('The server no longer knows this job');
+  clearInterval(previewTimer);
+  follow(job);
+}
+
+function giveUp(text) {
+  events.close();
+  clearInterval(previewTimer);
+  previewTimer = 0;
+  setBusy(false);
+  showState(text);
 }
 
 function showPreview() {
@@ -168,7 +208,13 @@ async function finish() {
   events.close();
   clearInterval(previewTimer);
   previewTimer = 0;
-  job = await (await fetch(job.links.self)).json();
+  try {
+    const answer = await fetch(job.links.self);
+    if (!answer.ok) return giveUp('The server no longer knows this job');
+    job = await answer.json();
+  } catch {
+    return giveUp('The server does not answer');
+  }
   setBusy(false);
   if (job.state === 'succeeded') {
     showState('Done', 100);
@@ -185,10 +231,10 @@ async function finish() {
 }
 
 function showStats({build_s, render_s, encode_s, rays, estimated_error}) {
-  const milliseconds = seconds => `${(1000 * seconds).toFixed(seconds < 0.01 ? 1 : 0)} ms`;
+  const duration = seconds => seconds < 1 ? `${(1000 * seconds).toFixed(seconds < 0.01 ? 1 : 0)} ms` : `${seconds.toFixed(1)} s`;
   const count = number => number.toLocaleString('en');
   const rows = {
-    'Build': milliseconds(build_s), 'Render': milliseconds(render_s), 'Encode': milliseconds(encode_s),
+    'Build': duration(build_s), 'Render': duration(render_s), 'Encode': duration(encode_s),
     'Camera rays': count(rays.camera), 'Shadow rays': count(rays.shadow), 'Reflected rays': count(rays.reflection),
     'Transmitted rays': count(rays.transmission), 'Estimated error': estimated_error?.toExponential(1) ?? '–',
   };
@@ -203,7 +249,9 @@ function showStats({build_s, render_s, encode_s, rays, estimated_error}) {
 }
 
 by('job').addEventListener('submit', submit);
-by('cancel').addEventListener('click', () => fetch(job.links.cancel, {method: 'POST'}));
+by('cancel').addEventListener('click', () => {
+  fetch(job.links.cancel, {method: 'POST'}).catch(() => showState('The server does not answer', bar.value));
+});
 by('example').addEventListener('change', openExample);
 body.addEventListener('input', () => { showOptions(); clearErrors(); });
 for (const name of optionFields) by(name).addEventListener('change', writeOption);

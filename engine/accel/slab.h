@@ -5,7 +5,7 @@
 
 namespace penumbra::accel {
 
-/// Where the ray enters the box, or +infinity if it misses [0, limit]. Conservative: it never misses a box that holds
+/// A lower bound of where the ray enters the box, or +infinity if it misses [0, limit]. Conservative: it never misses a box that holds
 /// something a shape's own test would find. A NaN (a ray in the plane of a face) counts as inside that slab.
 ///
 /// The interval is widened by 2γ(3) for the slab's own rounding (PBR section 6.1.2) and by 2γ(5) for that of the
@@ -20,7 +20,7 @@ inline double enter(const math::Bounds& box, const geometry::PreparedRay& ray, d
     near = t0 > near ? t0 : near;
     far = t1 < far ? t1 : far;
   }
-  return near <= far * widen ? near : HUGE_VAL;
+  return near <= far * widen ? near * (2 - widen) : HUGE_VAL;
 }
 
 }  // namespace penumbra::accel

@@ -20,6 +20,8 @@ bool WideTree::can_hold(const math::Bounds& bounds) {
 }
 
 WideTree::WideTree(const Tree& tree) {
+  // Where children are missing: an empty leaf. A ray that is no number enters every box.
+  leaves_.push_back({0, 0, 0, 0});
   const std::uint32_t root = add(tree, tree.root());
   if ((root & leaf_flag) == 0) return;
   // The walk starts at node 0: a tree that is one leaf gets a node around it.
@@ -30,7 +32,7 @@ WideTree::WideTree(const Tree& tree) {
       node.bounds[axis][i] = i == 0 ? rounded_down(tree.root().box.lower[axis]) : HUGE_VALF;
       node.bounds[axis + 3][i] = i == 0 ? rounded_up(tree.root().box.upper[axis]) : -HUGE_VALF;
     }
-    node.child[i] = root;
+    node.child[i] = i == 0 ? root : leaf_flag;
   }
 }
 
@@ -58,7 +60,7 @@ std::uint32_t WideTree::add(const Tree& tree, const Tree::Node& node) {
       nodes_[index].bounds[axis][i] = is_used ? rounded_down(children[i]->box.lower[axis]) : HUGE_VALF;
       nodes_[index].bounds[axis + 3][i] = is_used ? rounded_up(children[i]->box.upper[axis]) : -HUGE_VALF;
     }
-    const std::uint32_t child = is_used ? add(tree, *children[i]) : 0;
+    const std::uint32_t child = is_used ? add(tree, *children[i]) : leaf_flag;
     nodes_[index].child[i] = child;
   }
   return index;

@@ -23,7 +23,8 @@ class WideTree {
   /// Single precision reaches that far with room for products.
   static bool can_hold(const math::Bounds& bounds);
 
-  /// lower x, y, z, upper x, y, z of each child; empty children have boxes that nothing meets.
+  /// lower x, y, z, upper x, y, z of each child. Missing children are empty leaves in boxes that no
+  /// ray meets.
   struct Node {
     alignas(32) float bounds[6][width];
     std::uint32_t child[width];  // a node's index, or a leaf's with `leaf_flag`

@@ -30,11 +30,15 @@ std::optional<Chord> chord(const Vec3& f, const Vec3& d, double r, bool on_surfa
   const Vec3 l = f - d * (b / a);
   const double distance = length(l);
   if (!(distance <= r)) return std::nullopt;
-  const double q = -(b + std::copysign(std::sqrt(a * ((r + distance) * (r - distance))), b));
+  const double root = std::sqrt(a * ((r + distance) * (r - distance)));
+  const double q = -(b + std::copysign(root, b));
   const double size = length(f);
-  const double c = (size + r) * (size - r);
-  double near_root = q != 0 ? c / q : 0, far_root = q / a;
-  const double error = q != 0 ? gamma(8) * (size + r) * (size + r) / std::fabs(q) : 0;
+  // The root nearer to t = 0 cancels in (−b ∓ root)/a only close to the surface; elsewhere that form has one rounding
+  // less.
+  const bool is_close = root > 0.5 * std::fabs(b);
+  double near_root = is_close ? (q != 0 ? (size + r) * (size - r) / q : 0) : (b > 0 ? root - b : -b - root) / a;
+  double far_root = q / a;
+  const double error = is_close && q != 0 ? gamma(8) * (size + r) * (size + r) / std::fabs(q) : 0;
   if (near_root > far_root) std::swap(near_root, far_root);
   return Chord{near_root, far_root, error};
 }

@@ -12,12 +12,12 @@ ProgressLine::ProgressLine(const render::Control& control, double interval_s)
     : is_terminal_(isatty(STDERR_FILENO) == 1) {
   constexpr double least_s = 0.02, smooth_s = 0.1;
   const std::chrono::duration<double> interval(is_terminal_ ? smooth_s : std::max(interval_s, least_s));
+  report(0);
   reporter_ = std::jthread([this, &control, interval](const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
-    while (!stop.stop_requested()) {
+    while (!stopped_.wait_for(lock, stop, interval, [&] { return stop.stop_requested(); })) {
       // The last of it, writing the file, is not the render's to count.
       report(std::min(control.percent(), 99.9));
-      stopped_.wait_for(lock, stop, interval, [] { return false; });
     }
   });
 }

@@ -17,8 +17,9 @@ Command add_worker(CLI::App& program) {
   command->add_option("--store", settings->store, "postgresql://…");
   add_threads_flag(*command, settings->threads);
   add_environment_twins(*command);
-  return {command, [] {
-            std::cerr << "penumbra worker: the PostgreSQL store is not part of this version\n";
+  return {command, [settings] {
+            std::cerr << "penumbra worker: --store " << settings->store
+                      << ": the PostgreSQL store is not part of this version\n";
             return status_unusable;
           }};
 }

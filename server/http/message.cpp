@@ -1,6 +1,7 @@
 #include "server/http/message.h"
 
 #include <algorithm>
+#include <ctime>
 
 namespace penumbra::http {
 
@@ -32,6 +33,14 @@ Response problem_response(const api::Problem& problem, int retry_after_s) {
   Response response = problem_response(problem);
   response.headers.emplace_back("Retry-After", std::to_string(retry_after_s));
   return response;
+}
+
+std::string http_date() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[64];
+  return {text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &utc)};
 }
 
 std::string entity_tag(std::string_view sha256) { return std::string(1, '"').append(sha256).append(1, '"'); }

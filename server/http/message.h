@@ -48,6 +48,9 @@ Response problem_response(const api::Problem& problem);
 /// With Retry-After.
 Response problem_response(const api::Problem& problem, int retry_after_s);
 
+/// The current time as the Date field has it (RFC 9110, 5.6.7).
+std::string http_date();
+
 /// A strong ETag.
 std::string entity_tag(std::string_view sha256);
 

@@ -136,6 +136,7 @@ class Server::Listener : public httplib::Server {
     set_exception_handler(
         [](const auto&, auto& response, const std::exception_ptr& thrown) { put(response_to(thrown), response); });
     set_post_routing_handler([this](const auto& request, auto& response) {
+      response.set_header("Date", http_date());
       response.set_header("X-Content-Type-Options", "nosniff");
       const bool is_body_unread =
           request.template get_header_value<std::uint64_t>("Content-Length") != request.body.size();

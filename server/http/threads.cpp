@@ -6,15 +6,21 @@
 namespace penumbra::http {
 
 void Threads::run(std::function<void()> task) {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   tasks_.push_back(std::move(task));
   if (tasks_.size() > idle_ && threads_.size() < max_threads_) {
     try {
       threads_.emplace_back([this] { work(); });
       return;
     } catch (const std::system_error&) {
-      // The system has no more threads to give; one of those at work will come to it.
-      if (threads_.empty()) throw;
+      // The system has no more threads to give: one of those at work will come to it, or else this one does.
+      if (threads_.empty()) {
+        const std::function<void()> mine = std::move(tasks_.back());
+        tasks_.pop_back();
+        lock.unlock();
+        mine();
+        return;
+      }
     }
   }
   changed_.notify_one();

@@ -8,7 +8,9 @@ using nlohmann::json;
 
 TEST_CASE("health, readiness and metrics") {
   TestServer server;
-  CHECK(call(server.port(), "GET", "/healthz").body == "ok\n");
+  const Reply health = call(server.port(), "GET", "/healthz");
+  CHECK(health.body == "ok\n");
+  CHECK(health.headers.at("date").ends_with(" GMT"));
   CHECK(call(server.port(), "GET", "/readyz").status == 200);
   post(server.port(), "/v1/render", small_job());
   const Reply metrics = call(server.port(), "GET", "/metrics");

@@ -87,6 +87,7 @@ test('a mistake is shown with its place, and the place is marked in the text', a
   const job = JSON.parse(await page.inputValue('#body'));
   job.scene.objects[0].radius = -1;
   job.scene.lights[0].colour = 1;
+  job.options = {width: 0};
   await page.fill('#body', JSON.stringify(job, null, 1));
   await page.click('#render');
   await page.waitForSelector('#errors:not([hidden])');
@@ -99,14 +100,42 @@ test('a mistake is shown with its place, and the place is marked in the text', a
     return area.value.slice(area.selectionStart, area.selectionEnd);
   });
   assert.equal(marked, '-1');
+  assert.equal(await text('#problem'), 'The job is invalid');
+  assert.equal(await page.getAttribute('#width', 'aria-invalid'), 'true');
+  assert.equal(await page.getAttribute('#height', 'aria-invalid'), null);
   await page.screenshot({path: join(pictures, 'errors.png')});
 });
 
-test('text that is not JSON is refused', async () => {
-  await page.fill('#body', '{"scene": ');
+test('text that is not JSON is refused, and marked where it goes wrong', async () => {
+  await page.fill('#body', '{"scene": {"name": "Größe", "lights": [}}');
   await page.click('#render');
   await page.waitForSelector('#errors:not([hidden])');
   assert.match(await text('#problem'), /JSON/i);
+  const rest = await page.evaluate(() => {
+    const area = document.querySelector('#body');
+    return area.value.slice(area.selectionStart);
+  });
+  assert.equal(rest, '}}');
+});
+
+test('a stream that is refused is asked for again', async () => {
+  await choose('light-sphere-point');
+  let refused = 0;
+  await page.route('**/events', route => refused++ ? route.continue() : route.fulfill({status: 503}));
+  await page.click('#render');
+  await state('Done');
+  await page.unroute('**/events');
+  assert.ok(refused > 1);
+});
+
+test('a job the server has forgotten leaves the page usable', async () => {
+  await choose('light-sphere-point');
+  await page.route('**/events', route => route.fulfill({status: 404}));
+  await page.route('**/v1/jobs/*', route => route.fulfill({status: 404}));
+  await page.click('#render');
+  await state('The server no longer knows this job');
+  await page.unrouteAll();
+  assert.ok(await page.isEnabled('#render'));
 });
 
 test('a long job can be canceled', async () => {
@@ -124,11 +153,13 @@ test('on a phone nothing is wider than the screen', async () => {
   await choose('hard-and-soft');
   assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
   await page.screenshot({path: join(pictures, 'phone.png'), fullPage: true});
+  await page.emulateMedia({colorScheme: 'dark'});
+  await page.screenshot({path: join(pictures, 'phone-dark.png'), fullPage: true});
 });
 
 test('the browser had nothing to complain about', () => {
-  // A refused job is an answer the browser reports by its status.
-  assert.deepEqual(complaints.filter(line => !/status of 4\d\d/.test(line)), []);
+  // A refusal is an answer the browser reports by its status.
+  assert.deepEqual(complaints.filter(line => !/status of [45]\d\d/.test(line)), []);
 });
 
 test('a JSON Pointer is found in the text', () => {

@@ -1,0 +1,163 @@
+// Recipes 2, 4, 5 and 6 of the numerics: rays that start on surfaces, in planes of boxes, at no number at all, and far
+// away.
+#include <doctest/doctest.h>
+
+#include "tests/robustness/worlds.h"
+
+using namespace penumbra;
+using test::Vec3;
+
+namespace {
+
+/// One of every shape around `centre`, about `size` large.
+std::vector<scene::Object> every_shape(const Vec3& c, double s) {
+  scene::Mesh mesh;
+  mesh.positions = {c, c + Vec3{s, 0, 0}, c + Vec3{0, s, 0}, c + Vec3{0, 0, s}};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  scene::Group squeezed;
+  squeezed.transform = {{{1, 0.25, 0}, {0, 0.5, 0}, {0.25, 0, 1}}, {}};
+  squeezed.transform.translation = c - squeezed.transform.vector(c);
+  squeezed.objects = {{scene::Sphere{c, s}, {}}};
+  return {{scene::Sphere{c, s}, {}},
+          {scene::Plane{c, {1, 2, 3}}, {}},
+          {scene::Triangle{{c + Vec3{s, 0, 0}, c + Vec3{0, s, 0}, c + Vec3{0, 0, s}}}, {}},
+          {scene::Polygon{{c + Vec3{-s, -s, 0}, c + Vec3{s, -s, 0}, c + Vec3{s, s, 0}, c + Vec3{-s, s, 0}}}, {}},
+          {scene::Tube{c, {1, 1, 0.5}, s}, {}},
+          {scene::Cylinder{c, {0.2, 1, 0.1}, s, s, true}, {}},
+          {scene::Cylinder{c, {0.2, 1, 0.1}, s, s, false}, {}},
+          {mesh, {}},
+          {std::move(squeezed), {}}};
+}
+
+}  // namespace
+
+TEST_CASE("recipe 2: a ray that leaves a surface does not meet it again where it started") {
+  const int rays = test::count(20'000, 200'000);
+  for (const double magnitude : {1e-8, 1.0, 1e8}) {
+    for (const double size : {magnitude, 1.0}) {
+      // One unit large, 10⁸ units away: what is left of the shape is its leading eight digits.
+      if (size < magnitude * 1e-8 || (size > magnitude && magnitude < 1)) continue;
+      const Vec3 centre = Vec3{0.3, -0.5, 0.8} * magnitude;
+      const auto shapes = every_shape(centre, size);
+      for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
+        const shading::Scene scene = test::compiled(test::with_objects({shapes[shape]}));
+        test::Random random(shape);
+        int hits = 0, again = 0;
+        for (int i = 0; i < rays; ++i) {
+          const Vec3 origin = centre + random.direction() * (3 * size);
+          const Vec3 target = centre + random.in_cube(0.7 * size);
+          const geometry::Ray ray{origin, math::normalize(target - origin), {}};
+          const auto hit = closest_hit(scene.world, ray);
+          if (!hit) continue;
+          ++hits;
+          const geometry::SurfacePoint at = surface_at(scene.world, ray, *hit);
+          for (int k = 0; k < 4; ++k) {
+            const Vec3 direction = random.direction();
+            if (std::fabs(math::dot(direction, at.normal)) < 1e-3) continue;
+            const geometry::Ray leaving{leave_surface(at, direction), direction, hit->surface};
+            const auto next = closest_hit(scene.world, leaving);
+            if (next && next->t < 1e-6 * size && !(next->t > 64 * math::length(at.error))) ++again;
+          }
+        }
+        INFO("shape ", shape, ", coordinates ", magnitude, ", size ", size);
+        CHECK(hits > rays / 20);
+        CHECK(again == 0);
+      }
+    }
+  }
+}
+
+TEST_CASE(
+    "recipe 4: axis and diagonal directions from the planes of boxes: every structure finds what brute force finds") {
+  test::Random random(4);
+  std::vector<scene::Object> objects;
+  for (int i = 0; i < 60; ++i) {
+    const Vec3 p{std::floor(random.between(-8, 8)), std::floor(random.between(-8, 8)),
+                 std::floor(random.between(-8, 8))};
+    objects.push_back({scene::Triangle{{p, p + Vec3{1, 0, 0}, p + Vec3{0, 1, 1}}}, {}});
+    objects.push_back({scene::Triangle{{p, p + Vec3{1, 1, 0}, p + Vec3{0, 1, 0}}}, {}});
+    if (i % 4 == 0) objects.push_back({scene::Sphere{p, 1}, {}});
+  }
+  const scene::Description description = test::with_objects(std::move(objects));
+  std::vector<shading::Scene> scenes;
+  for (const auto acceleration : test::accelerations) scenes.push_back(test::compiled(description, acceleration));
+  std::vector<Vec3> directions;
+  for (const double x : {-1.0, -1e-38, -0.0, 0.0, 1e-38, 1.0}) {
+    for (const double y : {-1.0, -1e-38, -0.0, 0.0, 1e-38, 1.0}) {
+      for (const double z : {-1.0, -1e-38, -0.0, 0.0, 1e-38, 1.0}) {
+        if (math::max_component(math::abs(Vec3{x, y, z})) == 1) directions.push_back({x, y, z});
+      }
+    }
+  }
+  int different = 0, hits = 0;
+  for (int i = 0; i < test::count(1000, 20'000); ++i) {
+    const Vec3 origin{std::floor(random.between(-9, 9)), std::floor(random.between(-9, 9)),
+                      std::floor(random.between(-9, 9))};
+    for (const Vec3& direction : directions) {
+      const auto brute = closest_hit(scenes[0].world, {origin, direction, {}});
+      if (brute) ++hits;
+      for (const shading::Scene& scene : scenes) {
+        const auto found = closest_hit(scene.world, {origin, direction, {}});
+        if (found.has_value() != brute.has_value() ||
+            (found && (found->t != brute->t || found->surface != brute->surface)))
+          ++different;
+      }
+    }
+  }
+  CHECK(hits > 1000);
+  CHECK(different == 0);
+}
+
+TEST_CASE("recipe 5: rays that are no numbers end, and find nothing or something finite") {
+  const double nan = std::nan(""), inf = HUGE_VAL;
+  for (const auto acceleration : test::accelerations) {
+    const shading::Scene scene = test::compiled(test::with_objects(every_shape({0, 0, 0}, 1)), acceleration);
+    for (const double bad : {nan, inf, -inf, 0.0, 1e308, 5e-324}) {
+      for (int place = 0; place < 6; ++place) {
+        Vec3 origin{0.1, 0.2, -5}, direction{0.01, 0.02, 1};
+        (place < 3 ? origin : direction)[place % 3] = bad;
+        const auto hit = closest_hit(scene.world, {origin, direction, {}});
+        if (hit) CHECK(hit->t > 0);
+        accel::Crossed crossed;
+        cross_transparent(scene.world, {origin, direction, {}}, 1, crossed);
+      }
+    }
+    CHECK_FALSE(closest_hit(scene.world, {{nan, nan, nan}, {nan, nan, nan}, {}}));
+    CHECK_FALSE(closest_hit(scene.world, {{0, 0, -5}, {0, 0, 0}, {}}));
+  }
+}
+
+TEST_CASE("recipe 6: spheres far away, against long double") {
+  test::Random random(6);
+  for (double ratio = 1e2; ratio <= 1e7; ratio *= 10) {
+    const geometry::SphereShape sphere{{0.25, -0.5, 0.125}, 1};
+    double worst_ulp = 0, worst_radius = 0;
+    for (int i = 0; i < test::count(50'000, 1'000'000); ++i) {
+      const Vec3 from = sphere.center + random.direction() * ratio;
+      const bool is_grazing = i % 2 == 1;
+      const Vec3 to_centre = math::normalize(sphere.center - from);
+      const Vec3 aside = math::normalize(math::cross(to_centre, random.direction()));
+      const Vec3 target = sphere.center + aside * (is_grazing ? random.between(0.999, 1) : random.between(0, 0.1));
+      const Vec3 d = math::normalize(target - from);
+      const auto found = crossings(sphere, from, d, std::nullopt);
+      if (found.count != 2) continue;
+      if (is_grazing) {
+        const auto at = surface_at(sphere, from + d * found.t[0], 0);
+        worst_radius = std::max(worst_radius, std::fabs(math::length(at.position - sphere.center) - 1));
+        continue;
+      }
+      using Long = long double;
+      const Long fx = Long(from.x) - sphere.center.x, fy = Long(from.y) - sphere.center.y,
+                 fz = Long(from.z) - sphere.center.z;
+      const Long a = Long(d.x) * d.x + Long(d.y) * d.y + Long(d.z) * d.z, b = fx * d.x + fy * d.y + fz * d.z;
+      const Long lx = fx - b / a * d.x, ly = fy - b / a * d.y, lz = fz - b / a * d.z;
+      const Long exact = (-b - std::sqrt(a * (1 - (lx * lx + ly * ly + lz * lz)))) / a;
+      const double ulp = std::nextafter(ratio, HUGE_VAL) - ratio;
+      worst_ulp = std::max(worst_ulp, static_cast<double>(std::fabs(found.t[0] - exact)) / ulp);
+    }
+    MESSAGE("distance ", ratio, " radii: t within ", worst_ulp, " ulp of the distance, grazing hits off by ",
+            worst_radius / 2.2e-16, " epsilon");
+    CHECK(worst_ulp <= 4);
+    CHECK(worst_radius <= 8 * 2.220446049250313e-16);
+  }
+}

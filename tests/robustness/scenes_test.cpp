@@ -1,0 +1,140 @@
+// Recipes 3 and 8: scenes scaled and moved, and meshes as bad as they come.
+#include <doctest/doctest.h>
+
+#include "engine/render/camera.h"
+#include "tests/robustness/worlds.h"
+#include "tests/support/picture.h"
+
+using namespace penumbra;
+using test::Vec3;
+
+namespace {
+
+/// A box, a ball, a can and a floor on coordinates that survive scaling by 2^±20 and moving by 10⁶ exactly.
+api::JobRequest still_life(double scale, const Vec3& shift) {
+  const auto p = [&](double x, double y, double z) { return Vec3{x, y, z} * scale + shift; };
+  api::JobRequest job;
+  job.scene = test::with_objects({
+      {scene::Sphere{p(-1.5, 1, 0), scale}, {}},
+      {scene::Cylinder{p(1.5, 0, 0.5), {0, 1, 0}, 0.75 * scale, 1.5 * scale, true}, {}},
+      {scene::Polygon{{p(-6, 0, 6), p(6, 0, 6), p(6, 0, -6), p(-6, 0, -6)}}, {}},
+      {scene::Polygon{{p(-0.5, 0, 2), p(0.5, 0, 2), p(0.5, 1.25, 1.5), p(-0.5, 1.25, 1.5)}}, {}},
+  });
+  job.scene.camera.position = p(0, 4, 10);
+  job.scene.camera.direction = {0, -0.3125, -1};
+  job.scene.camera.vertical_fov_degrees = 40;
+  job.scene.lights = {scene::PointLight{p(4, 6, 5), math::white, {}, 0.5 * scale}};
+  job.options.width = job.options.height = 120;
+  return job;
+}
+
+std::vector<std::int64_t> ids(const api::JobRequest& job) {
+  const shading::Scene scene = test::compiled(job.scene);
+  const render::Camera camera(job.scene.camera, job.options.width, job.options.height);
+  std::vector<std::int64_t> result;
+  for (int row = 0; row < job.options.height; ++row) {
+    for (int column = 0; column < job.options.width; ++column) {
+      const auto hit = closest_hit(scene.world, camera.ray(column + 0.5, row + 0.5, {0, 0}));
+      result.push_back(hit ? hit->surface.item : -1);
+    }
+  }
+  return result;
+}
+
+double largest_difference(const render::Film& a, const render::Film& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); ++i) largest = std::max<double>(largest, std::fabs(a.rgb[i] - b.rgb[i]));
+  return largest;
+}
+
+}  // namespace
+
+TEST_CASE("recipe 3: a scaled scene meets the same surfaces; so does a moved one, with the same picture") {
+  const auto here = ids(still_life(1, {}));
+  for (const double scale : {0x1p-20, 0x1p20}) CHECK(ids(still_life(scale, {})) == here);
+  // Ten units large, moved by a million times that.
+  const Vec3 far{1e7, -0.5e7, 0.75e7};
+  CHECK(ids(still_life(1, far)) == here);
+  const double difference =
+      largest_difference(test::render(still_life(1, {})).film, test::render(still_life(1, far)).film);
+  MESSAGE("largest difference of a picture moved by 10⁶ sizes: ", difference);
+  CHECK(difference < 1e-6);
+}
+
+TEST_CASE("recipe 8: every structure agrees on grids, slivers, doubles, points, and giants beside dwarfs") {
+  test::Random random(8);
+  std::vector<scene::Object> objects;
+  const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+    objects.push_back({scene::Triangle{{a, b, c}}, {}});
+  };
+  for (int x = -4; x < 4; ++x) {
+    for (int z = -4; z < 4; ++z) {
+      const Vec3 p{1.0 * x, 0, 1.0 * z};
+      add(p, p + Vec3{0, 0, 1}, p + Vec3{1, 0, 0});
+      add(p + Vec3{1, 0, 0}, p + Vec3{0, 0, 1}, p + Vec3{1, 0, 1});
+    }
+  }
+  for (int i = 0; i < 20; ++i) {
+    const Vec3 p = random.in_cube(3);
+    add(p, p + Vec3{1, 0, 0}, p + Vec3{0.5, 1e-6, 0});
+    add(p, p, p + Vec3{1, 1, 1});
+    add(p, p, p);
+  }
+  add({-1e9, -2, -1e9}, {0, -2, 1e9}, {1e9, -2, -1e9});
+  add({1, 1, 1}, {1.001, 1, 1}, {1, 1.001, 1});
+  objects.insert(objects.end(), objects.begin(), objects.begin() + 20);
+  const scene::Description description = test::with_objects(objects);
+  std::vector<shading::Scene> scenes;
+  for (const auto acceleration : test::accelerations) scenes.push_back(test::compiled(description, acceleration));
+  int different = 0, hits = 0;
+  for (int i = 0; i < test::count(50'000, 1'000'000); ++i) {
+    // Half of them straight down on the grid's vertices and edges.
+    const bool is_straight = i % 2 == 0;
+    const Vec3 origin =
+        is_straight ? Vec3{0.5 * random.below(16) - 4, 5, 0.5 * random.below(16) - 4} : random.in_cube(8);
+    const Vec3 direction = is_straight ? Vec3{0, -1, 0} : random.direction();
+    const auto brute = closest_hit(scenes[0].world, {origin, direction, {}});
+    if (brute) ++hits;
+    for (const shading::Scene& scene : scenes) {
+      const auto found = closest_hit(scene.world, {origin, direction, {}});
+      if (found.has_value() != brute.has_value() ||
+          (found && (found->t != brute->t || found->surface != brute->surface)))
+        ++different;
+    }
+  }
+  CHECK(hits > 2000);
+  CHECK(different == 0);
+}
+
+TEST_CASE("recipe 8: a lit floor of overlapping, doubled and sliver triangles has no speckle") {
+  test::Random random(9);
+  std::vector<scene::Object> objects;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 p{random.between(-5, 5), 0, random.between(-5, 5)};
+    const scene::Triangle triangle{
+        {p, p + Vec3{0, 0, random.between(0.1, 4)}, p + Vec3{random.between(1e-6, 4), 0, 0}}};
+    objects.push_back({triangle, {}});
+    if (i % 3 == 0) objects.push_back({triangle, {}});
+  }
+  objects.push_back({scene::Triangle{{Vec3{-1e9, 0, -1e9}, Vec3{0, 0, 2e9}, Vec3{1e9, 0, -1e9}}}, {}});
+  for (const double radius : {0.0, 0.5}) {
+    api::JobRequest job;
+    job.scene = test::with_objects(objects);
+    job.scene.camera = {{0, 3, 8}, {0, -3, -8}, {0, 1, 0}, {}, 50.0, scene::Projection::perspective, {}};
+    job.scene.lights = {scene::PointLight{{2, 5, 1}, math::white, {}, radius}};
+    job.options.width = job.options.height = 160;
+    const render::Film film = test::render(job).film;
+    const render::Camera camera(job.scene.camera, 160, 160);
+    int speckles = 0;
+    for (int row = 0; row < 160; ++row) {
+      for (int column = 0; column < 160; ++column) {
+        const geometry::Ray ray = camera.ray(column + 0.5, row + 0.5, {0, 0});
+        if (ray.direction.y > -1e-3) continue;
+        const Vec3 at = ray.origin + ray.direction * (-ray.origin.y / ray.direction.y);
+        const double expected = 0.8 * 5 / math::length(Vec3{2, 5, 1} - at);
+        if (std::fabs(film.rgb[film.offset(column, row)] - expected) > 1e-5) ++speckles;
+      }
+    }
+    CHECK(speckles == 0);
+  }
+}
