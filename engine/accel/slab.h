@@ -5,8 +5,9 @@
 
 namespace penumbra::accel {
 
-/// A lower bound of where the ray enters the box, or +infinity if it misses [0, limit]. Conservative: it never misses a box that holds
-/// something a shape's own test would find. A NaN (a ray in the plane of a face) counts as inside that slab.
+/// A lower bound of where the ray enters the box, or +infinity if it misses [0, limit]. Conservative: it never misses a
+/// box that holds something a shape's own test would find. A NaN (a ray in the plane of a face) counts as inside that
+/// slab.
 ///
 /// The interval is widened by 2γ(3) for the slab's own rounding (PBR section 6.1.2) and by 2γ(5) for that of the
 /// triangle test, whose sheared vertices are as wrong as a ray shifted by that share of the distance.
