@@ -22,10 +22,10 @@ std::string complaint(double value, const Range& range) {
     return "must not be larger than 1e100 in magnitude";
   }
   if (range.lower == smallest_positive && value <= 0) return "must be greater than 0";
-  if (value < range.lower) return "must be at least " + text_of(range.lower);
-  if (range.is_lower_open && value == range.lower) return "must be greater than " + text_of(range.lower);
-  if (value > range.upper) return "must be at most " + text_of(range.upper);
-  if (range.is_upper_open && value == range.upper) return "must be less than " + text_of(range.upper);
+  if (value < range.lower || (range.is_lower_open && value == range.lower))
+    return (range.is_lower_open ? "must be greater than " : "must be at least ") + text_of(range.lower);
+  if (value > range.upper || (range.is_upper_open && value == range.upper))
+    return (range.is_upper_open ? "must be less than " : "must be at most ") + text_of(range.upper);
   return {};
 }
 

@@ -1,0 +1,73 @@
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include "engine/output/encode.h"
+#include "engine/output/transfer.h"
+
+using namespace penumbra;
+
+namespace {
+
+render::Film ramp() {
+  render::Film film(37, 23);
+  for (std::size_t i = 0; i < film.rgb.size(); ++i)
+    film.rgb[i] = static_cast<float>(1.2 * std::fmod(0.618 * static_cast<double>(i), 1) - 0.1);
+  return film;
+}
+
+/// The file's values through an independent reader.
+template <class Value>
+std::vector<Value> read_back(const std::string& bytes, const char* ending, OIIO::TypeDesc type) {
+  const std::string path = std::tmpnam(nullptr) + std::string(ending);  // NOLINT
+  std::ofstream(path, std::ios::binary) << bytes;
+  const auto file = OIIO::ImageInput::open(path);
+  REQUIRE(file);
+  CHECK(file->spec().width == 37);
+  CHECK(file->spec().height == 23);
+  std::vector<Value> values(37 * 23 * 3);
+  CHECK(file->read_image(0, 0, 0, 3, type, values.data()));
+  file->close();
+  std::remove(path.c_str());
+  return values;
+}
+
+double srgb(double linear) { return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055; }
+
+}  // namespace
+
+TEST_CASE("sRGB levels are the nearest ones, and clamp") {
+  render::Film film(1, 1);
+  for (int i = 0; i <= 100'000; ++i) {
+    const float value = static_cast<float>(i) / 100'000;
+    film.rgb = {value, -1, 7};
+    const auto levels = output::to_8_bit(film, scene::Transfer::srgb);
+    const double exact = 255 * srgb(value);
+    CHECK(std::fabs(levels[0] - exact) <= 0.5 + 1e-9);
+    CHECK(levels[1] == 0);
+    CHECK(levels[2] == 255);
+    CHECK(std::fabs(output::to_16_bit(film, scene::Transfer::srgb)[0] - 65535 * srgb(value)) <= 0.5 + 1e-6);
+    CHECK(output::to_8_bit(film, scene::Transfer::linear)[0] == std::lround(255.0 * value));
+  }
+}
+
+TEST_CASE("PNG files hold the levels, 8 and 16 bit, and are the same every time") {
+  const render::Film film = ramp();
+  for (const auto transfer : {scene::Transfer::srgb, scene::Transfer::linear}) {
+    const std::string png8 = output::encode(film, {scene::ImageFormat::png, transfer, 8});
+    CHECK(png8 == output::encode(film, {scene::ImageFormat::png, transfer, 8}));
+    CHECK(read_back<std::uint8_t>(png8, ".png", OIIO::TypeDesc::UINT8) == output::to_8_bit(film, transfer));
+    const std::string png16 = output::encode(film, {scene::ImageFormat::png, transfer, 16});
+    CHECK(read_back<std::uint16_t>(png16, ".png", OIIO::TypeDesc::UINT16) == output::to_16_bit(film, transfer));
+  }
+}
+
+TEST_CASE("EXR files hold the floats themselves, unclamped") {
+  const render::Film film = ramp();
+  const std::string exr = output::encode(film, {scene::ImageFormat::exr, scene::Transfer::srgb, 8});
+  CHECK(read_back<float>(exr, ".exr", OIIO::TypeDesc::FLOAT) == film.rgb);
+}

@@ -1,0 +1,123 @@
+// The light model of the contract's section 2, term by term, as scenes of one pixel.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include "engine/math/elementary.h"
+#include "tests/support/picture.h"
+
+using namespace penumbra;
+
+namespace {
+
+/// Red of the pixel that looks from (0, 0, 5) along −z at the objects.
+double red(const std::string& scene, const std::string& options = "") {
+  return test::render(
+             api::parse_job(fmt::format(
+                 R"({{"scene": {{"camera": {{"position": [0, 0, 5], "direction": [0, 0, -1], "view_plane": {{"width": 1e-9, "height": 1e-9, "distance": 1}}}}, {}}},
+          "options": {{"width": 1, "height": 1{}}}}})",
+                 scene, options)))
+      .film.rgb[0];
+}
+
+std::string wall(const std::string& material, double z = 0) {
+  return fmt::format(R"({{"type": "plane", "point": [0, 0, {}], "normal": [0, 0, 1], "material": {}}})", z, material);
+}
+
+}  // namespace
+
+TEST_CASE("emission, ambient and background") {
+  CHECK(red(R"("background": 0.25)") == 0.25);
+  CHECK(red(fmt::format(R"("ambient": 0.5, "objects": [{}])", wall(R"({"ambient": 0.25, "emission": 2})"))) ==
+        doctest::Approx(2.125));
+}
+
+TEST_CASE("diffuse, specular and attenuation of a point light") {
+  const std::string light =
+      R"("lights": [{"type": "point", "position": [3, 0, 4], "intensity": 6, "attenuation": [1, 0.5, 0.25]}])";
+  const double received = 6 / (1 + 0.5 * 5 + 0.25 * 25);
+  CHECK(red(fmt::format(R"("objects": [{}], {})", wall(R"({"diffuse": 0.5})"), light)) ==
+        doctest::Approx(received * 0.5 * 0.8));
+  // The light's mirror direction makes an angle with the view whose cosine is 0.8.
+  CHECK(red(fmt::format(R"("objects": [{}], {})", wall(R"({"specular": 0.5, "shininess": 3})"), light)) ==
+        doctest::Approx(received * 0.5 * 0.512));
+  // A light behind the wall counts for nothing.
+  CHECK(red(fmt::format(R"("objects": [{}], "lights": [{{"type": "point", "position": [0, 0, -1], "intensity": 1}}])",
+                        wall(R"({"diffuse": 1})"))) == 0);
+}
+
+TEST_CASE("a spot falls off with its exponent and ends at its cutoff") {
+  const auto lit = [](double exponent, double cutoff) {
+    return red(
+        fmt::format(R"("objects": [{}], "lights": [{{"type": "spot", "position": [0, 0, 2], "direction": [0, 0.6, -0.8],
+                           "intensity": 1, "exponent": {}, "cutoff": {}}}])",
+                    wall(R"({"diffuse": 1})"), exponent, cutoff));
+  };
+  CHECK(lit(1, 90) == doctest::Approx(0.8));
+  CHECK(lit(2.5, 90) == doctest::Approx(std::pow(0.8, 2.5)));
+  CHECK(lit(0, 90) == 1);
+  CHECK(lit(1, 40) == doctest::Approx(0.8));
+  CHECK(lit(1, 36) == 0);
+}
+
+TEST_CASE("shadows multiply the transmission of every surface crossed") {
+  const std::string scene =
+      R"("objects": [{}, {{"type": "sphere", "center": [4, 0, 4], "radius": 0.5, "material": {{"transmission": [0.5, 1, 1]}}}},
+    {{"type": "triangle", "vertices": [[2, -9, 0], [2, 9, 0], [2, 0, 9]], "material": {}}}],
+    "lights": [{{"type": "point", "position": [6, 0, 6], "intensity": 1}}])";
+  const double open = std::sqrt(0.5);
+  CHECK(red(fmt::format(fmt::runtime(scene), wall(R"({"diffuse": 1})"), R"({"transmission": 0.5})")) ==
+        doctest::Approx(open * 0.25 * 0.5));
+  CHECK(red(fmt::format(fmt::runtime(scene), wall(R"({"diffuse": 1})"), R"({"diffuse": 1})")) == 0);
+}
+
+TEST_CASE("reflection and transmission: depth, contribution, and what a missed ray returns") {
+  const std::string mirrors =
+      fmt::format(R"("background": 1, "objects": [{}, {}])", wall(R"({"reflection": 0.5, "emission": 1})"),
+                  wall(R"({"reflection": 0.5, "emission": 1})", 6));
+  for (const int depth : {0, 1, 2, 5}) {
+    double expected = 0;
+    for (int i = 0; i <= depth; ++i) expected += std::pow(0.5, i);
+    CHECK(red(mirrors, fmt::format(R"(, "max_depth": {})", depth)) == doctest::Approx(expected));
+  }
+  // 0.5³ is above 0.1, 0.5⁴ below: three bounces.
+  CHECK(red(mirrors, R"(, "min_contribution": 0.1)") == doctest::Approx(1.875));
+  CHECK(red(fmt::format(R"("background": 0.75, "objects": [{}])", wall(R"({"transmission": 0.5})"))) ==
+        doctest::Approx(0.375));
+}
+
+TEST_CASE("Snell's law through a slab shifts the ray; past the critical angle everything is reflected") {
+  // A ray at 45° enters glass of ior √2 and runs on at 30°: it meets the far side's emissive strip or not.
+  const auto seen = [](double from, double to) {
+    return test::render(
+               api::parse_job(fmt::format(
+                   R"({{"scene": {{"camera": {{"position": [-1, 0, 1], "direction": [1, 0, -1], "view_plane": {{"width": 1e-9, "height": 1e-9, "distance": 1}}}},
+        "objects": [{{"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1], "material": {{"transmission": 1, "ior": {}}}}},
+                    {{"type": "polygon", "vertices": [[{}, -1, -1], [{}, -1, -1], [{}, 1, -1], [{}, 1, -1]], "material": {{"emission": 1}}}}]}},
+        "options": {{"width": 1, "height": 1}}}})",
+                   std::sqrt(2.0), from, to, to, from)))
+        .film.rgb[0];
+  };
+  const double across = std::tan(math::pi / 6);
+  CHECK(seen(across - 1e-6, across + 1e-6) == 1);
+  CHECK(seen(across + 1e-6, across + 1) == 0);
+  // From inside a glass ball, beyond the critical angle: the transmitted share follows the reflected ray, back to the
+  // glow.
+  const double glow = test::render(api::parse_job(R"({"scene": {"background": 0,
+      "camera": {"position": [0.9, 0, 0], "direction": [0, 0, -1], "view_plane": {"width": 1e-9, "height": 1e-9, "distance": 1}},
+      "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"transmission": 0.5, "ior": 1.5, "emission": 1}}]},
+      "options": {"width": 1, "height": 1, "max_depth": 3}})"))
+                          .film.rgb[0];
+  CHECK(glow == doctest::Approx(1.875));
+}
+
+TEST_CASE("smooth normals shade, geometric ones decide the side") {
+  const auto lit = [](const std::string& light) {
+    return red(fmt::format(R"("objects": [{{"type": "mesh", "positions": [-9,-9,0, 9,-9,0, 0,9,0], "indices": [0,1,2],
+      "normals": [0.6,0,0.8, 0.6,0,0.8, 0.6,0,0.8], "material": {{"diffuse": 1}}}}],
+      "lights": [{{"type": "directional", "direction": {}, "intensity": 1}}])",
+                           light));
+  };
+  CHECK(lit("[0, 0, -1]") == doctest::Approx(0.8));
+  CHECK(lit("[-0.6, 0, -0.8]") == doctest::Approx(1));
+  CHECK(lit("[-1, 0, 0.01]") == 0);
+}
