@@ -1,7 +1,6 @@
 #include "api/fields.h"
 
 #include <algorithm>
-#include <ranges>
 
 #include "api/json_pointer.h"
 
@@ -19,7 +18,7 @@ std::string Field::pointer() const {
   std::vector<const Field*> inside;
   for (const Field* field = this; field->parent_ != nullptr; field = field->parent_) inside.push_back(field);
   std::string result;
-  for (const Field* field : std::views::reverse(inside)) result += step_to(*field);
+  for (auto field = inside.rbegin(); field != inside.rend(); ++field) result += step_to(**field);
   return result;
 }
 

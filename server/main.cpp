@@ -5,6 +5,7 @@
 #include "server/cli/command.h"
 #include "server/cli/input.h"
 
+// Only a mistake in the flags' definitions throws outside the try blocks. NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   using namespace penumbra::cli;
   CLI::App program("Penumbra: a render server with exact soft shadows", "penumbra");

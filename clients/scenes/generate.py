@@ -159,21 +159,41 @@ def cow(path):
         c, s = size * math.cos(turn), size * math.sin(turn)
         return [c, 0, -s, 0, 0, size, 0, 0, s, 0, c, 0, x, -floor * size, z, 1]
 
+    def post(x, z, height):
+        return {"type": "cylinder", "point": [x, 0, z], "direction": [0, 1, 0], "radius": 0.045, "height": height, "material": "wood"}
+
+    # A fence behind them, and daisies where the golden angle puts them.
+    objects = [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "meadow"},
+               {"type": "instance", "mesh": "spot", "transform": placed(0, 0, 0.25, 1.0), "material": "hide"},
+               {"type": "instance", "mesh": "spot", "transform": placed(-1.45, -0.5, -0.75, 0.5), "material": "calf"},
+               {"type": "instance", "mesh": "spot", "transform": placed(1.0, 2.0, 0.9, 0.9), "material": "calf"}]
+    along = [math.cos(0.5), math.sin(0.5)]
+    for i in range(-8, 9):
+        x, z = -1.0 + 0.95 * i * along[0], 3.6 + 0.95 * i * along[1]
+        objects.append(post(x, z, 0.85))
+        # A rail from post to post: a long slanting one would have a box as large as the meadow.
+        for height in (0.38, 0.68):
+            objects.append({"type": "cylinder", "point": [x, height, z], "direction": [along[0], 0, along[1]],
+                            "radius": 0.028, "height": 0.95, "material": "wood"})
+    for i in range(240):
+        angle, distance = i * math.pi * (3 - math.sqrt(5)), 0.27 * math.sqrt(i + 0.5)
+        size = 0.016 + 0.008 * math.sin(3 * i)
+        objects.append({"type": "sphere", "center": [distance * math.cos(angle), size, distance * math.sin(angle) + 0.4],
+                        "radius": size, "material": "yolk" if i % 5 == 0 else "petal"})
     write("cow", {
-        "camera": {"position": [2.3, 1.75, -3.6], "look_at": [-0.22, 0.72, 0.2], "vertical_fov": 32},
-        "ambient": [0.32, 0.36, 0.42],
-        "background": [0.42, 0.6, 0.85],
-        "materials": {"hide": {"diffuse": [0.72, 0.6, 0.46], "specular": 0.12, "shininess": 25},
-                      "calf": {"diffuse": [0.42, 0.24, 0.13], "specular": 0.12, "shininess": 25},
-                      "meadow": {"diffuse": [0.2, 0.29, 0.1]}},
+        "camera": {"position": [2.3, 1.6, -3.7], "look_at": [-0.3, 0.72, 0.2], "vertical_fov": 32},
+        "ambient": [0.27, 0.3, 0.36],
+        "background": [0.36, 0.56, 0.85],
+        "materials": {"hide": {"diffuse": [0.68, 0.58, 0.46], "specular": 0.06, "shininess": 20},
+                      "calf": {"diffuse": [0.38, 0.2, 0.1], "specular": 0.08, "shininess": 20},
+                      "wood": {"diffuse": [0.3, 0.19, 0.11]}, "petal": {"diffuse": [0.8, 0.8, 0.76]},
+                      "yolk": {"diffuse": [0.8, 0.55, 0.08]}, "meadow": {"diffuse": [0.15, 0.25, 0.06]}},
         "meshes": {"spot": mesh},
-        "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "meadow"},
-                    {"type": "instance", "mesh": "spot", "transform": placed(0, 0, 0.25, 1.0), "material": "hide"},
-                    {"type": "instance", "mesh": "spot", "transform": placed(-1.35, -0.35, -0.9, 0.5), "material": "calf"}],
-        "lights": [{"type": "directional", "direction": [-0.75, -1, 0.5], "intensity": [0.85, 0.78, 0.66], "angular_radius": 2},
-                   {"type": "rectangle", "corner": [-4.5, 0.5, -3.5], "edge_u": [0, 2.5, 0], "edge_v": [2.0, 0, -1.5],
-                    "intensity": [0.9, 1.1, 1.5]}],
-    }, width=960, height=640, samples_per_pixel=4, shadow_samples=36)
+        "objects": objects,
+        "lights": [{"type": "directional", "direction": [-1.0, -0.85, 0.75], "intensity": [0.92, 0.8, 0.6], "angular_radius": 2.5},
+                   {"type": "rectangle", "corner": [-2.5, 2.4, -3.6], "edge_u": [2.0, 0, -0.8], "edge_v": [0.34, 1.22, 0.84],
+                    "intensity": [1.6, 1.8, 2.2]}],
+    }, width=960, height=640, samples_per_pixel=4, shadow_samples=16)
 
 
 hard_and_soft()

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iostream>
+#include <system_error>
 
 namespace penumbra::cli {
 
@@ -12,7 +12,7 @@ std::string read_input(const std::string& path, std::size_t max_bytes) {
   std::ifstream file;
   if (path != "-") {
     file.open(path, std::ios::binary);
-    if (!file) throw UnusableArgument(path + ": " + std::strerror(errno));
+    if (!file) throw UnusableArgument(path + ": " + std::generic_category().message(errno));
   }
   std::istream& input = path == "-" ? std::cin : file;
   std::string bytes;

@@ -57,7 +57,7 @@ std::string closing_text(const Response& response) {
   const std::string& body = std::get<std::string>(response.body);
   std::string text =
       "HTTP/1.1 " + std::to_string(response.status) + " \r\nConnection: close\r\nDate: " + http_date() + "\r\n";
-  for (const auto& [name, value] : response.headers) text += name + ": " + value + "\r\n";
+  for (const auto& [name, value] : response.headers) text.append(name).append(": ").append(value).append("\r\n");
   return text + "Content-Type: " + response.media_type + "\r\nContent-Length: " + std::to_string(body.size()) +
          "\r\n\r\n" + body;
 }
