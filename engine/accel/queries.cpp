@@ -4,7 +4,7 @@
 
 #include "engine/accel/slab.h"
 #include "engine/accel/tree.h"
-#include "engine/accel/wide_tree.h"
+#include "engine/accel/wide_walk.h"
 
 namespace penumbra::accel {
 namespace {
@@ -54,18 +54,6 @@ auto in_mesh_space(const World& world, const Item& item, const PreparedRay& ray,
   return use(mesh, to_local(world.placements[item.placement], ray));
 }
 
-/// The best hit so far. `limit` is just beyond its t, so that a hit at equal t still gets to compete.
-struct Nearest {
-  std::optional<Hit> hit;
-  double limit;
-
-  void offer(double t, SurfaceId surface, double b1, double b2) {
-    if (hit && (t > hit->t || (t == hit->t && surface > hit->surface))) return;
-    hit = Hit{t, surface, b1, b2};
-    limit = std::nextafter(t, HUGE_VAL);
-  }
-};
-
 /// Visits leaves nearest first until one returns true; `limit()` may shrink on the way.
 template <class Limit, class Leaf>
 bool visit_in_order(const Tree& tree, const Tree::Node& node, const PreparedRay& ray, const Limit& limit,
@@ -85,60 +73,69 @@ bool visit_in_order(const Tree& tree, const Tree::Node& node, const PreparedRay&
   return far_t < limit() && visit_in_order(tree, children[1 - near], ray, limit, test_leaf);
 }
 
-/// Calls at_triangle(id, vertices) and at_other(id) for what the ray may meet before `limit()`, roughly nearest first,
-/// until one returns true; tells whether one did.
+/// Calls at_triangle(index) and at_other(id) for what the ray may meet before `limit()`, roughly nearest first, until
+/// one returns true; tells whether one did.
 template <class Limit, class AtTriangle, class AtOther>
 bool search(const Tree& tree, const PreparedRay& ray, const Limit& limit, const AtTriangle& at_triangle,
             const AtOther& at_other) {
-  if (const WideTree* wide = tree.wide()) {
-    struct Visitor final : RayVisitor {
-      Visitor(const Limit& l, const AtTriangle& t, const AtOther& o)
-          : RayVisitor(l()), now(l), at_triangle(t), at_other(o) {}
-      bool triangle(std::uint32_t id, const geometry::TriangleVertices& vertices) override {
-        return after(at_triangle(id, vertices));
-      }
-      bool other(std::uint32_t id) override { return after(at_other(id)); }
-      bool after(bool is_done) {
-        limit = now();
-        return is_done;
-      }
-      const Limit& now;
-      const AtTriangle& at_triangle;
-      const AtOther& at_other;
-    } visitor(limit, at_triangle, at_other);
-    return walk(*wide, ray, visitor);
-  }
   return enter(tree.root().box, ray, limit()) < HUGE_VAL &&
          visit_in_order(tree, tree.root(), ray, limit, [&](const Tree::Node& leaf) {
-           for (const LeafTriangle& triangle : tree.triangles(leaf)) {
-             if (at_triangle(triangle.id, triangle.vertices)) return true;
-           }
-           for (const std::uint32_t other : tree.others(leaf)) {
-             if (at_other(other)) return true;
-           }
-           return false;
+           return std::ranges::any_of(tree.triangles(leaf), at_triangle) ||
+                  std::ranges::any_of(tree.others(leaf), at_other);
          });
 }
 
-void find_in_mesh(const MeshShape& mesh, std::uint32_t item, const PreparedRay& ray, const SurfaceId& self,
-                  Nearest& nearest) {
+/// Offers every hit that could be the nearest.
+void find_nearest(const Structure& structure, const OwnedTriangles& triangles, const World& world,
+                  const PreparedRay& ray, const SurfaceId& self, Nearest& nearest) {
+  if (structure.wide) return walk_to_nearest(*structure.wide, triangles, world, ray, self, nearest);
   search(
-      *mesh.tree, ray, [&] { return nearest.limit; },
-      [&](std::uint32_t part, const geometry::TriangleVertices& triangle) {
-        if (self == SurfaceId{item, part}) return false;
-        if (const auto hit = intersect(triangle, ray, nearest.limit))
-          nearest.offer(hit->t, {item, part}, hit->b1, hit->b2);
+      *structure.plain, ray, [&] { return nearest.limit; },
+      [&](std::uint32_t triangle) {
+        const SurfaceId surface = triangles.surface(triangle);
+        if (self == surface) return false;
+        if (const auto hit = intersect(triangles.set[triangle], ray, nearest.limit))
+          nearest.offer(hit->t, surface, hit->b1, hit->b2);
         return false;
       },
-      [](std::uint32_t) { return false; });
+      [&](std::uint32_t item) {
+        find_in_item(world, item, ray, self, nearest);
+        return false;
+      });
 }
+
+/// Adds the transparent surfaces crossed before `limit`; stops and returns true at the first opaque one.
+bool find_opaque(const Structure& structure, const OwnedTriangles& triangles, const World& world,
+                 const PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
+  if (structure.wide) return walk_to_opaque(*structure.wide, triangles, world, ray, self, limit, crossed);
+  return search(
+      *structure.plain, ray, [&] { return limit; },
+      [&](std::uint32_t triangle) {
+        const SurfaceId surface = triangles.surface(triangle);
+        if (self == surface || !intersect(triangles.set[triangle], ray, limit)) return false;
+        if (world.items[surface.item].is_opaque) return true;
+        crossed.add(surface.item);
+        return false;
+      },
+      [&](std::uint32_t item) { return cross_item(world, item, ray, self, limit, crossed); });
+}
+
+OwnedTriangles loose_triangles(const World& world) {
+  return {world.triangles, not_placed, world.triangle_items.data()};
+}
+
+OwnedTriangles triangles_of(const MeshShape& mesh, std::uint32_t id, const Item& item) {
+  return {mesh.triangles, id, nullptr, item.is_opaque};
+}
+
+}  // namespace
 
 void find_in_item(const World& world, std::uint32_t id, const PreparedRay& ray, const SurfaceId& self,
                   Nearest& nearest) {
   const Item& item = world.items[id];
   if (item.kind == Kind::mesh) {
     in_mesh_space(world, item, ray, [&](const MeshShape& mesh, const PreparedRay& local) {
-      find_in_mesh(mesh, id, local, self, nearest);
+      find_nearest(mesh.structure, triangles_of(mesh, id, item), world, local, self, nearest);
     });
     return;
   }
@@ -146,31 +143,21 @@ void find_in_item(const World& world, std::uint32_t id, const PreparedRay& ray, 
   if (found.count > 0 && found.t[0] < nearest.limit) nearest.offer(found.t[0], {id, found.part[0]}, 0, 0);
 }
 
-/// Adds an item's crossings; false when it is opaque and crossed.
 bool cross_item(const World& world, std::uint32_t id, const PreparedRay& ray, const SurfaceId& self, double limit,
                 Crossed& crossed) {
   const Item& item = world.items[id];
-  if (item.kind != Kind::mesh) {
-    const Crossings found = world_crossings(world, item, ray, self_part(self, id));
-    for (int i = 0; i < found.count && found.t[i] < limit; ++i) {
-      if (item.is_opaque) return false;
-      crossed.add(id);
-    }
-    return true;
+  if (item.kind == Kind::mesh) {
+    return in_mesh_space(world, item, ray, [&](const MeshShape& mesh, const PreparedRay& local) {
+      return find_opaque(mesh.structure, triangles_of(mesh, id, item), world, local, self, limit, crossed);
+    });
   }
-  return in_mesh_space(world, item, ray, [&](const MeshShape& mesh, const PreparedRay& local) {
-    return !search(
-        *mesh.tree, local, [&] { return limit; },
-        [&](std::uint32_t part, const geometry::TriangleVertices& triangle) {
-          if (self == SurfaceId{id, part} || !intersect(triangle, local, limit)) return false;
-          if (!item.is_opaque) crossed.add(id);
-          return item.is_opaque;
-        },
-        [](std::uint32_t) { return false; });
-  });
+  const Crossings found = world_crossings(world, item, ray, self_part(self, id));
+  for (int i = 0; i < found.count && found.t[i] < limit; ++i) {
+    if (item.is_opaque) return true;
+    crossed.add(id);
+  }
+  return false;
 }
-
-}  // namespace
 
 const std::vector<std::uint32_t>& Crossed::sorted() {
   std::sort(items_.begin(), items_.end());
@@ -181,34 +168,16 @@ std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit)
   const PreparedRay prepared(ray.origin, ray.direction);
   Nearest nearest{std::nullopt, limit};
   for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, prepared, ray.self, nearest);
-  search(
-      *world.tree, prepared, [&] { return nearest.limit; },
-      [&](std::uint32_t item, const geometry::TriangleVertices& triangle) {
-        if (item == ray.self.item) return false;
-        if (const auto hit = intersect(triangle, prepared, nearest.limit))
-          nearest.offer(hit->t, {item, 0}, hit->b1, hit->b2);
-        return false;
-      },
-      [&](std::uint32_t item) {
-        find_in_item(world, item, prepared, ray.self, nearest);
-        return false;
-      });
+  find_nearest(world.structure, loose_triangles(world), world, prepared, ray.self, nearest);
   return nearest.hit;
 }
 
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed) {
   const PreparedRay prepared(ray.origin, ray.direction);
   for (const std::uint32_t item : world.infinite_items) {
-    if (!cross_item(world, item, prepared, ray.self, limit, crossed)) return false;
+    if (cross_item(world, item, prepared, ray.self, limit, crossed)) return false;
   }
-  return !search(
-      *world.tree, prepared, [&] { return limit; },
-      [&](std::uint32_t item, const geometry::TriangleVertices& triangle) {
-        if (item == ray.self.item || !intersect(triangle, prepared, limit)) return false;
-        if (!world.items[item].is_opaque) crossed.add(item);
-        return world.items[item].is_opaque;
-      },
-      [&](std::uint32_t item) { return !cross_item(world, item, prepared, ray.self, limit, crossed); });
+  return !find_opaque(world.structure, loose_triangles(world), world, prepared, ray.self, limit, crossed);
 }
 
 int count_crossings(const World& world, std::uint32_t id, const Ray& ray, double limit) {
@@ -226,8 +195,8 @@ geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit&
       const MeshShape& mesh = world.meshes[item.index];
       geometry::SurfacePoint point = point_on(mesh.triangles[hit.surface.part], hit.b1, hit.b2);
       if (!mesh.normals.empty()) {
-        const auto& n = mesh.normals[hit.surface.part];
-        const Vec3 sum = n[0] * (1 - hit.b1 - hit.b2) + n[1] * hit.b1 + n[2] * hit.b2;
+        const auto& [a, b, c] = mesh.triangles.corners[hit.surface.part];
+        const Vec3 sum = mesh.normals[a] * (1 - hit.b1 - hit.b2) + mesh.normals[b] * hit.b1 + mesh.normals[c] * hit.b2;
         if (math::max_component(math::abs(sum)) > 0) point.shading_normal = math::normalize(sum);
       }
       return point;

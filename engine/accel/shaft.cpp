@@ -5,7 +5,7 @@
 
 #include "engine/accel/queries.h"
 #include "engine/accel/tree.h"
-#include "engine/accel/wide_tree.h"
+#include "engine/accel/wide_walk.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
@@ -101,26 +101,27 @@ bool Shaft::misses(const math::Bounds& box) const {
   return false;
 }
 
-Shaft::BoxPlanes Shaft::box_planes() const {
+Shaft::BoxPlanes Shaft::box_planes(const Vec3& origin) const {
   BoxPlanes result;
   result.count = side_count_;
   for (int axis = 0; axis < 3; ++axis) {
-    result.lower[axis] = std::nextafter(static_cast<float>(bounds_.lower[axis]), -HUGE_VALF);
-    result.upper[axis] = std::nextafter(static_cast<float>(bounds_.upper[axis]), HUGE_VALF);
+    result.lower[axis] = rounded_down(bounds_.lower[axis] - origin[axis]);
+    result.upper[axis] = rounded_up(bounds_.upper[axis] - origin[axis]);
   }
   for (int i = 0; i < side_count_; ++i) {
     const Side& side = sides_[static_cast<std::size_t>(i)];
     // Normals scaled to 1, so that products of single precision neither overflow nor vanish.
     const double scale = 1 / std::max(math::max_component(side.size), 1e-300);
     BoxPlanes::Plane& plane = result.plane[i];
-    const double offset = side.offset + dot(side.outward, apex_);
+    const Vec3 apex = apex_ - origin;
+    const double offset = side.offset + dot(side.outward, apex);
     for (int axis = 0; axis < 3; ++axis) {
       plane.outward[axis] = static_cast<float>(side.outward[axis] * scale);
       plane.nearest_row[axis] = plane.outward[axis] > 0 ? axis : axis + 3;
     }
     plane.offset = static_cast<float>(offset * scale);
     plane.slack =
-        static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(apex_)))) * scale);
+        static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(apex)))) * scale);
   }
   return result;
 }
@@ -226,30 +227,23 @@ bool Shaft::is_covered_by(const geometry::TriangleVertices& triangle) const {
 
 namespace {
 
-/// Calls at_triangle(id, vertices) and at_other(id) for what the shaft may meet, until one returns true.
+/// Calls at_triangle(index) and at_other(item) for what the shaft may meet, until one returns true.
 template <class AtTriangle, class AtOther>
-bool search(const Tree& tree, const Shaft& shaft, const AtTriangle& at_triangle, const AtOther& at_other) {
-  if (const WideTree* wide = tree.wide()) {
+bool search(const Structure& structure, const Shaft& shaft, const AtTriangle& at_triangle, const AtOther& at_other) {
+  if (structure.wide) {
     struct Visitor final : ShaftVisitor {
       Visitor(const AtTriangle& t, const AtOther& o) : at_triangle(t), at_other(o) {}
-      bool triangle(std::uint32_t id, const geometry::TriangleVertices& vertices) override {
-        return at_triangle(id, vertices);
-      }
-      bool other(std::uint32_t id) override { return at_other(id); }
+      bool triangle(std::uint32_t index) override { return at_triangle(index); }
+      bool other(std::uint32_t item) override { return at_other(item); }
       const AtTriangle& at_triangle;
       const AtOther& at_other;
     } visitor(at_triangle, at_other);
-    return walk(*wide, shaft, visitor);
+    return walk(*structure.wide, shaft, visitor);
   }
+  const Tree& tree = *structure.plain;
   const auto misses = [&](const math::Bounds& box) { return shaft.misses(box); };
   auto at_leaf = [&](const Tree::Node& leaf) {
-    for (const LeafTriangle& triangle : tree.triangles(leaf)) {
-      if (at_triangle(triangle.id, triangle.vertices)) return true;
-    }
-    for (const std::uint32_t other : tree.others(leaf)) {
-      if (at_other(other)) return true;
-    }
-    return false;
+    return std::ranges::any_of(tree.triangles(leaf), at_triangle) || std::ranges::any_of(tree.others(leaf), at_other);
   };
   return !misses(tree.root().box) && visit(tree, tree.root(), misses, at_leaf);
 }
@@ -270,9 +264,9 @@ class Candidates::Search {
     };
     if (add_items(world_.infinite_items)) return;
     search(
-        *world_.tree, shaft,
-        [&](std::uint32_t id, const geometry::TriangleVertices& triangle) {
-          return add_triangle(shaft, shaft, triangle, {id, 0}, nullptr);
+        world_.structure, shaft,
+        [&](std::uint32_t index) {
+          return add_triangle(shaft, shaft, world_.triangles[index], {world_.triangle_items[index], 0}, nullptr);
         },
         [&](std::uint32_t item) { return add_item(shaft, item); });
   }
@@ -319,10 +313,11 @@ class Candidates::Search {
   }
 
   bool add_mesh(const Shaft& world_shaft, const Shaft& shaft, std::uint32_t id, const Placement* placement) {
+    const MeshShape& mesh = world_.meshes[world_.items[id].index];
     return search(
-        *world_.meshes[world_.items[id].index].tree, shaft,
-        [&](std::uint32_t part, const geometry::TriangleVertices& triangle) {
-          return add_triangle(world_shaft, shaft, triangle, {id, part}, placement);
+        mesh.structure, shaft,
+        [&](std::uint32_t part) {
+          return add_triangle(world_shaft, shaft, mesh.triangles[part], {id, part}, placement);
         },
         [](std::uint32_t) { return false; });
   }

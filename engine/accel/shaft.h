@@ -25,8 +25,9 @@ class Shaft {
   /// Every segment from the apex into the quadrilateral crosses the triangle.
   bool is_covered_by(const geometry::TriangleVertices& triangle) const;
 
-  /// The same test for boxes in single precision: outside where outward·x > offset at the box's nearest corner, beyond
-  /// `slack`, or outside [lower, upper]. Rows are WideTree::Node's: lower x, y, z, upper x, y, z.
+  /// The same test for boxes in single precision, of coordinates relative to `origin`: outside where outward·x > offset
+  /// at the box's nearest corner, beyond `slack`, or outside [lower, upper]. Rows are WideTree::Node's: lower x, y, z,
+  /// upper x, y, z.
   struct BoxPlanes {
     struct Plane {
       float outward[3], offset, slack;
@@ -36,7 +37,7 @@ class Shaft {
     int count;
     float lower[3], upper[3];
   };
-  BoxPlanes box_planes() const;
+  BoxPlanes box_planes(const Vec3& origin) const;
 
   Shaft in_space_of(const Placement& placement) const;
   const Vec3& apex() const { return apex_; }

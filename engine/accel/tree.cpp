@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/accel/wide_tree.h"
-
 namespace penumbra::accel {
 namespace {
 
@@ -34,15 +32,13 @@ double bin_scale(double width) { return bin_count / width; }
 
 }  // namespace
 
-Tree::Tree(scene::Acceleration acceleration, std::span<const TreeEntry> entries, const Grouping& grouping,
-           bool has_wide) {
+Tree::Tree(scene::Acceleration acceleration, std::span<const TreeEntry> entries, const Grouping& grouping) {
   std::vector<Reference> references;
   references.reserve(entries.size());
   for (std::uint32_t i = 0; i < entries.size(); ++i) {
     references.push_back({entries[i].box, entries[i].box.centre(), i});
-    bounds_.include(entries[i].box);
   }
-  nodes_.push_back({bounds_});
+  nodes_.emplace_back();
   switch (acceleration) {
     case scene::Acceleration::none:
       make_leaf(0, references, entries);
@@ -62,8 +58,6 @@ Tree::Tree(scene::Acceleration acceleration, std::span<const TreeEntry> entries,
       build_binary(acceleration, 0, references, entries, 0);
       break;
   }
-  if (has_wide && acceleration == scene::Acceleration::bvh && !entries.empty() && WideTree::can_hold(bounds_))
-    wide_ = std::make_shared<const WideTree>(*this);
 }
 
 void Tree::make_leaf(std::uint32_t node, std::span<const Reference> references, std::span<const TreeEntry> entries) {
@@ -72,11 +66,7 @@ void Tree::make_leaf(std::uint32_t node, std::span<const Reference> references, 
   leaf.other_begin = static_cast<std::uint32_t>(others_.size());
   for (const Reference& reference : references) {
     const TreeEntry& entry = entries[reference.entry];
-    if (entry.triangle != nullptr) {
-      triangles_.push_back({*entry.triangle, entry.id});
-    } else {
-      others_.push_back(entry.id);
-    }
+    (entry.is_triangle ? triangles_ : others_).push_back(entry.id);
   }
   leaf.end = static_cast<std::uint32_t>(triangles_.size());
   leaf.other_end = static_cast<std::uint32_t>(others_.size());

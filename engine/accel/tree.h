@@ -1,11 +1,9 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
-#include "engine/geometry/triangle.h"
 #include "engine/math/bounds.h"
 #include "engine/scene/options.h"
 
@@ -13,12 +11,11 @@ namespace penumbra::accel {
 
 using math::Vec3;
 
-/// What a tree is built over: a box, and the caller's number for what is inside. `triangle` is set when that is a
-/// triangle, whose vertices the tree then keeps beside the leaf.
+/// What a tree is built over: a box, and the caller's number for what is inside, a triangle or something else.
 struct TreeEntry {
   math::Bounds box;
   std::uint32_t id = 0;
-  const geometry::TriangleVertices* triangle = nullptr;
+  bool is_triangle = false;
 };
 
 /// The scene's own hierarchy, for the `groups` acceleration: indices of entries, and groups inside.
@@ -27,15 +24,8 @@ struct Grouping {
   std::vector<Grouping> groups;
 };
 
-struct LeafTriangle {
-  geometry::TriangleVertices vertices;
-  std::uint32_t id;
-};
-
-class WideTree;
-
-/// A bounding volume hierarchy over entries, in one array; every acceleration of the contract is one of these, built
-/// differently. Immutable; may be shared between threads.
+/// A bounding volume hierarchy over entries, in one array: the plain form of every acceleration of the contract, and
+/// the only one of all but bvh, which has its own for SIMD (WideTree). Immutable; may be shared between threads.
 class Tree {
  public:
   /// An inner node's children are nodes [begin, end); a leaf holds triangles [begin, end) and others
@@ -50,23 +40,18 @@ class Tree {
   /// none: one leaf without a box · cbr: a root with a leaf per entry · groups: `grouping` boxed, and a box per entry ·
   /// median: longest axis, median split, leaves ≤ 2 · bvh: 16-bin surface area heuristic (Wald, "On fast Construction
   /// of SAH-based Bounding Volume Hierarchies", 2007).
-  /// With `has_wide` a bvh gets its SIMD form too.
-  Tree(scene::Acceleration acceleration, std::span<const TreeEntry> entries, const Grouping& grouping = {},
-       bool has_wide = true);
+  Tree(scene::Acceleration acceleration, std::span<const TreeEntry> entries, const Grouping& grouping = {});
 
   const Node& root() const { return nodes_.front(); }
   std::span<const Node> children(const Node& node) const {
     return {nodes_.data() + node.begin, nodes_.data() + node.end};
   }
-  std::span<const LeafTriangle> triangles(const Node& leaf) const {
+  std::span<const std::uint32_t> triangles(const Node& leaf) const {
     return {triangles_.data() + leaf.begin, triangles_.data() + leaf.end};
   }
   std::span<const std::uint32_t> others(const Node& leaf) const {
     return {others_.data() + leaf.other_begin, others_.data() + leaf.other_end};
   }
-  const math::Bounds& bounds() const { return bounds_; }
-  /// The same tree for SIMD, if it has one (bvh only).
-  const WideTree* wide() const { return wide_.get(); }
 
  private:
   struct Reference {
@@ -80,10 +65,7 @@ class Tree {
   void build_groups(std::uint32_t node, const Grouping& grouping, std::span<const TreeEntry> entries);
 
   std::vector<Node> nodes_;
-  std::vector<LeafTriangle> triangles_;
-  std::vector<std::uint32_t> others_;
-  math::Bounds bounds_;
-  std::shared_ptr<const WideTree> wide_;
+  std::vector<std::uint32_t> triangles_, others_;
 };
 
 /// Calls leaf(node) for every leaf that reject(box) does not cut off, until one returns true; tells whether one did.

@@ -1,91 +1,108 @@
 #pragma once
-#include <array>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
-#include "engine/accel/tree.h"
-#include "engine/geometry/triangle.h"
+#include "engine/accel/triangle_set.h"
+#include "engine/geometry/quadrics.h"
+#include "engine/math/bounds.h"
 
 namespace penumbra::accel {
 
-class Shaft;
+using math::Vec3;
 
-/// A binary tree collapsed to eight children a node, for SIMD: boxes in single precision, rounded outwards, and leaf
-/// triangles in blocks of four. It answers with a superset of what a ray can meet; the exact test of each shape
-/// decides, so the structure changes no result. After Wald, Benthin, Boulos, "Getting Rid of Packets", 2008. Immutable;
-/// may be shared between threads.
+/// Calls task(0) … task(count − 1), each once, perhaps on several threads; returns when all have returned.
+using ParallelFor = std::function<void(std::int64_t count, const std::function<void(std::int64_t)>& task)>;
+void run_in_turn(std::int64_t count, const std::function<void(std::int64_t)>& task);
+
+/// Something else than a triangle that a tree is built over; `sphere` is set if it is one, in the tree's own space.
+struct OtherEntry {
+  math::Bounds box;
+  std::uint32_t item = 0;
+  const geometry::SphereShape* sphere = nullptr;
+};
+
+/// A bounding volume hierarchy with eight children a node, for SIMD: boxes and leaves in single precision, relative to
+/// the tree's middle, rounded outwards. It answers with a superset of what a ray can meet, or with what is certain
+/// whatever the rounding; each shape's own test in double precision decides the rest, so the structure changes no
+/// result. After Wald, Benthin, Boulos, "Getting Rid of Packets", 2008. Immutable; may be shared between threads.
 class WideTree {
  public:
-  static constexpr std::size_t width = 8, block_width = 4;
+  static constexpr std::size_t width = 8;
 
-  explicit WideTree(const Tree& tree);
-  /// Single precision reaches that far with room for products.
+  WideTree() = default;  ///< Empty.
+  /// Binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007). The
+  /// same tree whatever `parallel_for` does.
+  WideTree(const TriangleSet& triangles, std::span<const OtherEntry> others, const ParallelFor& parallel_for);
+
+  /// Whether single precision reaches that far with room for products.
   static bool can_hold(const math::Bounds& bounds);
 
-  /// lower x, y, z, upper x, y, z of each child. Missing children are empty leaves in boxes that no
-  /// ray meets.
+  /// lower x, y, z, upper x, y, z of each child. Missing children have boxes that nothing meets, and lead to an empty
+  /// leaf.
   struct Node {
-    alignas(32) float bounds[6][width];
-    std::uint32_t child[width];  // a node's index, or a leaf's with `leaf_flag`
+    alignas(64) float bounds[6][width];
+    std::uint32_t child[width];
   };
-  static constexpr std::uint32_t leaf_flag = 0x80000000u;
 
+  /// A child: what it is, and its index among those of its sort.
+  enum class Sort : std::uint32_t { node, triangle_block, sphere_block, leaf };
+  static constexpr std::uint32_t reference(Sort sort, std::size_t index) {
+    return static_cast<std::uint32_t>(sort) << 30 | static_cast<std::uint32_t>(index);
+  }
+  static constexpr Sort sort_of(std::uint32_t reference) { return static_cast<Sort>(reference >> 30); }
+  static constexpr std::uint32_t index_of(std::uint32_t reference) { return reference & 0x3fffffffu; }
+
+  /// Triangles by vertex, axis and lane; vertices of unused lanes are no numbers.
+  struct TriangleBlock {
+    alignas(64) float vertex[3][3][width];
+    std::uint32_t triangle[width];
+  };
+  /// Centre and radius by lane; those of unused lanes are no numbers.
+  struct SphereBlock {
+    alignas(64) float center[3][width], radius[width];
+    std::uint32_t item[width];
+  };
+  /// What does not fit one block.
   struct Leaf {
-    std::uint32_t block_begin, block_end, other_begin, other_end;
+    std::uint32_t triangle_begin, triangle_end, sphere_begin, sphere_end, other_begin, other_end;
   };
 
-  /// Four triangles, by vertex, axis and lane; unused lanes repeat a degenerate triangle.
-  struct Block {
-    alignas(32) double vertex[3][3][block_width];
-    std::uint32_t id[block_width];
-    geometry::TriangleVertices triangle(std::size_t lane) const {
-      const auto v = [&](int i) { return Vec3{vertex[i][0][lane], vertex[i][1][lane], vertex[i][2][lane]}; };
-      return {v(0), v(1), v(2)};
-    }
-  };
-
+  std::uint32_t root() const { return root_; }
   const std::vector<Node>& nodes() const { return nodes_; }
-  const Leaf& leaf(std::uint32_t reference) const { return leaves_[reference & ~leaf_flag]; }
-  std::span<const Block> blocks(const Leaf& leaf) const {
-    return {blocks_.data() + leaf.block_begin, blocks_.data() + leaf.block_end};
-  }
-  std::span<const std::uint32_t> others(const Leaf& leaf) const {
-    return {others_.data() + leaf.other_begin, others_.data() + leaf.other_end};
-  }
+  const std::vector<TriangleBlock>& triangle_blocks() const { return triangle_blocks_; }
+  const std::vector<SphereBlock>& sphere_blocks() const { return sphere_blocks_; }
+  const std::vector<Leaf>& leaves() const { return leaves_; }
+  const std::vector<std::uint32_t>& others() const { return others_; }
+  /// What coordinates in single precision are relative to.
+  const Vec3& origin() const { return origin_; }
+  /// Largest coordinate of anything in the tree, relative to `origin`.
+  double reach() const { return reach_; }
+  const math::Bounds& bounds() const { return bounds_; }
 
  private:
-  std::uint32_t add(const Tree& tree, const Tree::Node& node);
-  std::uint32_t add_leaf(const Tree& tree, const Tree::Node& node);
-
+  friend class WideBuilder;
   std::vector<Node> nodes_;
+  std::vector<TriangleBlock> triangle_blocks_;
+  std::vector<SphereBlock> sphere_blocks_;
   std::vector<Leaf> leaves_;
-  std::vector<Block> blocks_;
   std::vector<std::uint32_t> others_;
+  std::uint32_t root_ = 0;
+  Vec3 origin_;
+  double reach_ = 0;
+  math::Bounds bounds_;
 };
 
-/// What a walk through a tree meets. `limit` may be shortened by the callee, never lengthened.
-class RayVisitor {
- public:
-  explicit RayVisitor(double ray_limit) : limit(ray_limit) {}
-  virtual ~RayVisitor() = default;
-  /// A triangle the ray very likely crosses before `limit`. True ends the walk.
-  virtual bool triangle(std::uint32_t id, const geometry::TriangleVertices& vertices) = 0;
-  virtual bool other(std::uint32_t id) = 0;
-  double limit;
-};
-
-/// Visits everything the ray may meet before visitor.limit, roughly nearest first; true if the visitor ended it.
-bool walk(const WideTree& tree, const geometry::PreparedRay& ray, RayVisitor& visitor);
-
-class ShaftVisitor {
- public:
-  virtual ~ShaftVisitor() = default;
-  virtual bool triangle(std::uint32_t id, const geometry::TriangleVertices& vertices) = 0;
-  virtual bool other(std::uint32_t id) = 0;
-};
-
-/// Visits everything in a box that the shaft may meet; true if the visitor ended it.
-bool walk(const WideTree& tree, const Shaft& shaft, ShaftVisitor& visitor);
+/// `x` to single precision, downwards or upwards.
+inline float rounded_down(double x) {
+  constexpr float largest = std::numeric_limits<float>::max();
+  const auto f = static_cast<float>(std::min<double>(x, largest));
+  return f - std::fabs(f) * 0x1p-23F - std::numeric_limits<float>::min();
+}
+inline float rounded_up(double x) { return -rounded_down(-x); }
 
 }  // namespace penumbra::accel

@@ -12,8 +12,7 @@
 #include <limits>
 
 #include "engine/accel/shaft.h"
-#include "engine/accel/wide_tree.h"
-#include "engine/math/error_free.h"
+#include "engine/accel/wide_walk.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
@@ -21,10 +20,11 @@ namespace penumbra::accel::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Floats = hn::CappedTag<float, WideTree::width>;
-using Doubles = hn::CappedTag<double, WideTree::block_width>;
+constexpr float roundoff = 0x1p-24F;
 
-// A tree of depth d pushes at most 7 siblings a level; tree.cpp bounds d by 96 binary levels, a third of that here.
-constexpr std::size_t stack_size = 7 * 96 + 8;
+// wide_build.cpp bounds the depth by 48 levels of any split and 32 that halve the entries; a level leaves at most 7
+// siblings behind.
+constexpr std::size_t stack_size = 7 * (48 + 32) + 8;
 
 template <class D, class Mask>
 unsigned bits(D d, Mask mask) {
@@ -38,32 +38,60 @@ struct Pending {
   float near;
 };
 
-/// A ray for boxes in single precision. Each rounding goes the way that makes a box larger.
-struct BoxRay {
+/// A ray in single precision, relative to a tree's origin. Roundings in the box test go the way that makes a box
+/// larger.
+struct FloatRay {
   // By axis: the planes met first and last, as rows of Node::bounds; the origin and reciprocal to use with each.
   int near_row[3], far_row[3];
   float near_origin[3], far_origin[3], near_inverse[3], far_inverse[3];
+  // For triangles: the shear of geometry::PreparedRay, and the largest error of a sheared coordinate.
+  int axis[3];
+  float origin[3], shear_x, shear_y, shear_z, error, t_error;
+  // For spheres: unit direction, and units of t in a unit of length.
+  float direction[3], t_of_length;
+  double t_start = 0;  // the origin is that far along the ray: near the tree, where single precision is fine enough
 
-  explicit BoxRay(const geometry::PreparedRay& ray) {
-    constexpr double slack =
-        8 * 0x1p-24;  // of the float operations of the slab test, and 2γ(8) of the shapes' own tests
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool backwards = std::signbit(ray.inverse[axis]);
-      near_row[axis] = backwards ? axis + 3 : axis;
-      far_row[axis] = backwards ? axis : axis + 3;
-      const auto origin = static_cast<float>(ray.origin[axis]);
-      const float rounding = std::fabs(origin) * 0x1p-23F + std::numeric_limits<float>::min();
-      const float below = origin - rounding, above = origin + rounding;
-      near_origin[axis] = backwards ? below : above;
-      far_origin[axis] = backwards ? above : below;
-      near_inverse[axis] = static_cast<float>(ray.inverse[axis] * (1 - slack));
-      far_inverse[axis] = static_cast<float>(ray.inverse[axis] * (1 + slack));
+  FloatRay(const WideTree& tree, const geometry::PreparedRay& ray) {
+    Vec3 from = ray.origin - tree.origin();
+    const double speed = math::length(ray.direction), distance = math::length(from);
+    if (distance > 8 * tree.reach() && speed > 0) {
+      t_start = std::max(0.0, (distance - 4 * tree.reach()) / speed);
+      from = from + ray.direction * t_start;
+      if (!math::is_finite(from)) t_start = 0, from = ray.origin - tree.origin();
     }
+    constexpr double slack = 8 * 0x1p-24;  // of the slab test's operations, and of the shapes' own tests
+    const double size = tree.reach() + math::max_component(math::abs(from));
+    for (int i = 0; i < 3; ++i) {
+      const bool backwards = std::signbit(ray.inverse[i]);
+      near_row[i] = backwards ? i + 3 : i;
+      far_row[i] = backwards ? i : i + 3;
+      origin[i] = static_cast<float>(from[i]);
+      const float rounding = std::fabs(origin[i]) * 0x1p-23F + std::numeric_limits<float>::min() +
+                             (t_start > 0 ? static_cast<float>(size * 0x1p-40) : 0);
+      const float below = origin[i] - rounding, above = origin[i] + rounding;
+      near_origin[i] = backwards ? below : above;
+      far_origin[i] = backwards ? above : below;
+      near_inverse[i] = static_cast<float>(ray.inverse[i] * (1 - slack));
+      far_inverse[i] = static_cast<float>(ray.inverse[i] * (1 + slack));
+      direction[i] = static_cast<float>(ray.direction[i] / speed);
+    }
+    axis[0] = ray.axis_x, axis[1] = ray.axis_y, axis[2] = ray.axis_z;
+    shear_x = static_cast<float>(ray.shear_x), shear_y = static_cast<float>(ray.shear_y);
+    shear_z = static_cast<float>(ray.shear_z);
+    // Vertex and origin are off by a rounding each, their difference by one more, the shear by three: at most 8 in all,
+    // of coordinates below `size` (|shear| ≤ 1).
+    error = static_cast<float>(8.5 * 0x1p-24 * size);
+    // A plane towards which the ray does not move in single precision decides nothing.
+    if (!std::isfinite(shear_z)) shear_z = std::numeric_limits<float>::quiet_NaN();
+    t_error = error * std::fabs(shear_z);
+    t_of_length = static_cast<float>(1 / speed);
   }
+
+  float limit(double t) const { return rounded_up(t - t_start); }
 };
 
 /// Which children the ray enters before `limit`, one bit each, and where.
-unsigned enter(const WideTree::Node& node, const BoxRay& ray, float limit, float* near_out) {
+HWY_INLINE unsigned enter(const WideTree::Node& node, const FloatRay& ray, float limit, float* near_out) {
   const Floats d;
   unsigned hits = 0;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
@@ -85,90 +113,282 @@ unsigned enter(const WideTree::Node& node, const BoxRay& ray, float limit, float
   return hits;
 }
 
-/// Which of the block's triangles the ray may meet, one bit each: those not surely missed by the signs of the edge
-/// functions, computed as in geometry::intersect.
-unsigned may_meet(const WideTree::Block& block, const geometry::PreparedRay& ray, double limit) {
-  const Doubles d;
+/// Of a block's lanes: which the ray may meet, which it meets for certain, and between which t.
+struct Meetings {
+  unsigned possible = 0, certain = 0;
+  HWY_ALIGN float t_low[WideTree::width], t_high[WideTree::width];
+};
+
+/// The signs of the edge functions of geometry::intersect and the range of t, with bounds of their rounding.
+HWY_INLINE void meet(const WideTree::TriangleBlock& block, const FloatRay& ray, float limit, Meetings& result) {
+  const Floats d;
+  const auto sx = hn::Set(d, ray.shear_x), sy = hn::Set(d, ray.shear_y), sz = hn::Set(d, ray.shear_z);
+  const auto ox = hn::Set(d, ray.origin[ray.axis[0]]), oy = hn::Set(d, ray.origin[ray.axis[1]]),
+             oz = hn::Set(d, ray.origin[ray.axis[2]]);
+  const auto coordinate_error = hn::Set(d, ray.error), t_error = hn::Set(d, ray.t_error);
+  result.possible = result.certain = 0;
+  for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
+    const auto az = hn::Sub(hn::Load(d, block.vertex[0][ray.axis[2]] + lane), oz);
+    const auto bz = hn::Sub(hn::Load(d, block.vertex[1][ray.axis[2]] + lane), oz);
+    const auto cz = hn::Sub(hn::Load(d, block.vertex[2][ray.axis[2]] + lane), oz);
+    const auto ax = hn::NegMulAdd(sx, az, hn::Sub(hn::Load(d, block.vertex[0][ray.axis[0]] + lane), ox));
+    const auto ay = hn::NegMulAdd(sy, az, hn::Sub(hn::Load(d, block.vertex[0][ray.axis[1]] + lane), oy));
+    const auto bx = hn::NegMulAdd(sx, bz, hn::Sub(hn::Load(d, block.vertex[1][ray.axis[0]] + lane), ox));
+    const auto by = hn::NegMulAdd(sy, bz, hn::Sub(hn::Load(d, block.vertex[1][ray.axis[1]] + lane), oy));
+    const auto cx = hn::NegMulAdd(sx, cz, hn::Sub(hn::Load(d, block.vertex[2][ray.axis[0]] + lane), ox));
+    const auto cy = hn::NegMulAdd(sy, cz, hn::Sub(hn::Load(d, block.vertex[2][ray.axis[1]] + lane), oy));
+    const auto u = hn::Sub(hn::Mul(cx, by), hn::Mul(cy, bx));
+    const auto v = hn::Sub(hn::Mul(ax, cy), hn::Mul(ay, cx));
+    const auto w = hn::Sub(hn::Mul(bx, ay), hn::Mul(by, ax));
+    // With every coordinate below m and off by e, a difference of products is off by 4em + 2e² and three roundings of
+    // m²; a rounding of m is below e/8.
+    const auto m = hn::Max(hn::Max(hn::Max(hn::Abs(ax), hn::Abs(ay)), hn::Max(hn::Abs(bx), hn::Abs(by))),
+                           hn::Max(hn::Abs(cx), hn::Abs(cy)));
+    const auto error =
+        hn::Mul(coordinate_error, hn::Add(hn::Mul(hn::Set(d, 5.0F), m), hn::Add(coordinate_error, coordinate_error)));
+    const auto least = hn::Min(hn::Min(u, v), w), most = hn::Max(hn::Max(u, v), w);
+    const auto t0 = hn::Mul(az, sz), t1 = hn::Mul(bz, sz), t2 = hn::Mul(cz, sz);
+    const auto t_low = hn::Sub(hn::Min(hn::Min(t0, t1), t2), t_error);
+    const auto t_high = hn::Add(hn::Max(hn::Max(t0, t1), t2), t_error);
+    // NaN in unused lanes: every comparison below is false, so they are neither possible nor certain. A NaN of t alone
+    // keeps the lane possible.
+    const auto is_near = hn::Or(hn::Ge(least, hn::Neg(error)), hn::Le(most, error));
+    const auto is_out = hn::Or(hn::Lt(t_high, hn::Zero(d)), hn::Gt(t_low, hn::Set(d, limit)));
+    const auto possible = hn::AndNot(is_out, is_near);
+    const unsigned possible_bits = bits(d, possible);
+    if (possible_bits == 0) continue;
+    const auto is_inside = hn::Or(hn::Gt(least, error), hn::Lt(most, hn::Neg(error)));
+    const auto is_between = hn::And(hn::Gt(t_low, t_error), hn::Lt(t_high, hn::Set(d, limit)));
+    result.possible |= possible_bits << lane;
+    result.certain |= bits(d, hn::And(possible, hn::And(is_inside, is_between))) << lane;
+    hn::Store(t_low, d, result.t_low + lane);
+    hn::Store(t_high, d, result.t_high + lane);
+  }
+}
+
+/// Which spheres the ray may meet before `limit`, one bit each.
+HWY_INLINE unsigned meet(const WideTree::SphereBlock& block, const FloatRay& ray, float limit) {
+  const Floats d;
   unsigned hits = 0;
-  const auto sx = hn::Set(d, ray.shear_x), sy = hn::Set(d, ray.shear_y);
-  const auto ox = hn::Set(d, ray.origin[ray.axis_x]), oy = hn::Set(d, ray.origin[ray.axis_y]),
-             oz = hn::Set(d, ray.origin[ray.axis_z]);
-  const auto tolerance = hn::Set(d, math::gamma(8));
-  const auto zero = hn::Zero(d);
-  for (std::size_t lane = 0; lane < WideTree::block_width; lane += hn::Lanes(d)) {
-    const auto depth = [&](int v) HWY_ATTR { return hn::Sub(hn::Load(d, block.vertex[v][ray.axis_z] + lane), oz); };
-    const auto az = depth(0), bz = depth(1), cz = depth(2);
-    const auto x = [&](int v, decltype(az) z) HWY_ATTR {
-      return hn::Sub(hn::Sub(hn::Load(d, block.vertex[v][ray.axis_x] + lane), ox), hn::Mul(sx, z));
-    };
-    const auto y = [&](int v, decltype(az) z) HWY_ATTR {
-      return hn::Sub(hn::Sub(hn::Load(d, block.vertex[v][ray.axis_y] + lane), oy), hn::Mul(sy, z));
-    };
-    const auto ax = x(0, az), ay = y(0, az), bx = x(1, bz), by = y(1, bz), cx = x(2, cz), cy = y(2, cz);
-    auto some_negative = hn::FirstN(d, 0), some_positive = hn::FirstN(d, 0), some_nonzero = hn::FirstN(d, 0);
-    // Bounds of the rounding of the determinant, and of t times the determinant.
-    auto sum = zero, scaled = zero, sum_error = zero, scaled_error = zero;
-    const auto edge = [&](decltype(ax) p, decltype(ax) q, decltype(ax) r, decltype(ax) s, decltype(ax) z) HWY_ATTR {
-      const auto pq = hn::Mul(p, q), rs = hn::Mul(r, s);
-      const auto value = hn::Sub(pq, rs);
-      const auto error = hn::Mul(tolerance, hn::Add(hn::Abs(pq), hn::Abs(rs)));
-      some_positive = hn::Or(some_positive, hn::Gt(value, error));
-      some_negative = hn::Or(some_negative, hn::Lt(value, hn::Neg(error)));
-      some_nonzero = hn::Or(some_nonzero, hn::Gt(error, zero));
-      sum = hn::Add(sum, value), sum_error = hn::Add(sum_error, error);
-      scaled = hn::Add(scaled, hn::Mul(value, z)), scaled_error = hn::Add(scaled_error, hn::Mul(error, hn::Abs(z)));
-    };
-    edge(cx, by, cy, bx, az), edge(ax, cy, ay, cx, bz), edge(bx, ay, by, ax, cz);
-    const auto candidates = hn::AndNot(hn::And(some_negative, some_positive), some_nonzero);
-    if (hn::AllFalse(d, candidates)) continue;
-    const auto sz = hn::Set(d, ray.shear_z), reach = hn::Set(d, std::min(limit, 1e300));
-    const auto t = hn::Xor(hn::Mul(sz, scaled), hn::And(hn::SignBit(d), sum));  // times |determinant|
-    const auto t_error = hn::Mul(hn::Set(d, 4.0), hn::Mul(hn::Abs(sz), scaled_error));
-    const auto is_behind = hn::Lt(t, hn::Neg(t_error));
-    const auto is_beyond = hn::Gt(hn::Sub(t, hn::Mul(reach, hn::Abs(sum))),
-                                  hn::Add(t_error, hn::Mul(hn::Set(d, 4.0), hn::Mul(reach, sum_error))));
-    const auto has_sign = hn::Gt(hn::Abs(sum), hn::Mul(hn::Set(d, 4.0), sum_error));
-    const auto met = hn::AndNot(hn::And(has_sign, hn::Or(is_behind, is_beyond)), candidates);
-    hits |= bits(d, met) << lane;
+  const auto error = hn::Set(d, ray.error), dx = hn::Set(d, ray.direction[0]), dy = hn::Set(d, ray.direction[1]),
+             dz = hn::Set(d, ray.direction[2]);
+  for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
+    const auto lx = hn::Sub(hn::Load(d, block.center[0] + lane), hn::Set(d, ray.origin[0]));
+    const auto ly = hn::Sub(hn::Load(d, block.center[1] + lane), hn::Set(d, ray.origin[1]));
+    const auto lz = hn::Sub(hn::Load(d, block.center[2] + lane), hn::Set(d, ray.origin[2]));
+    const auto along = hn::MulAdd(lx, dx, hn::MulAdd(ly, dy, hn::Mul(lz, dz)));
+    const auto px = hn::NegMulAdd(along, dx, lx), py = hn::NegMulAdd(along, dy, ly), pz = hn::NegMulAdd(along, dz, lz);
+    const auto squared = hn::MulAdd(px, px, hn::MulAdd(py, py, hn::Mul(pz, pz)));
+    // Every length here is off by at most 19 roundings of the coordinates, 8.5 of which `error` is, and its square by a
+    // few roundings of its own in addition.
+    const auto radius =
+        hn::MulAdd(hn::Load(d, block.radius + lane), hn::Set(d, 1 + 8 * roundoff), hn::Mul(hn::Set(d, 3.0F), error));
+    const auto is_near = hn::Le(squared, hn::Mul(radius, radius));
+    const auto is_out = hn::Or(
+        hn::Lt(hn::Add(along, radius), hn::Zero(d)),
+        hn::Gt(hn::Mul(hn::Sub(along, radius), hn::Set(d, ray.t_of_length * (1 - 4 * roundoff))), hn::Set(d, limit)));
+    hits |= bits(d, hn::AndNot(is_out, is_near)) << lane;
   }
   return hits;
 }
 
-bool walk_ray(const WideTree& tree, const geometry::PreparedRay& ray, RayVisitor& visitor) {
-  const BoxRay box_ray(ray);
-  const auto limit_up = [&] { return static_cast<float>(visitor.limit) * (1 + 0x1p-22F); };
-  float limit = limit_up();
+/// Visits what the ray may meet before `visitor.limit()`, roughly nearest first; true if the visitor ended it.
+template <class Visitor>
+HWY_INLINE bool walk_ray(const WideTree& tree, const FloatRay& ray, Visitor& visitor) {
   Pending stack[stack_size];
   std::size_t count = 0;
-  stack[count++] = {0, 0};
-  while (count > 0) {
-    const Pending top = stack[--count];
-    if (top.near > limit) continue;
-    if ((top.child & WideTree::leaf_flag) != 0) {
-      const WideTree::Leaf& leaf = tree.leaf(top.child);
-      for (const WideTree::Block& block : tree.blocks(leaf)) {
-        for (unsigned hits = may_meet(block, ray, visitor.limit); hits != 0; hits &= hits - 1) {
-          const auto lane = static_cast<std::size_t>(std::countr_zero(hits));
-          if (visitor.triangle(block.id[lane], block.triangle(lane))) return true;
+  std::uint32_t current = tree.root();
+  while (true) {
+    if (WideTree::sort_of(current) == WideTree::Sort::node) {
+      const WideTree::Node& node = tree.nodes()[current];
+      HWY_ALIGN float near[WideTree::width];
+      unsigned hits = enter(node, ray, visitor.limit(), near);
+      if (hits != 0) {
+        const auto first_lane = static_cast<std::size_t>(std::countr_zero(hits));
+        hits &= hits - 1;
+        if (hits == 0) {
+          current = node.child[first_lane];
+          continue;
         }
+        const std::size_t first = count;
+        stack[count++] = {node.child[first_lane], near[first_lane]};
+        for (; hits != 0; hits &= hits - 1) {
+          const auto i = static_cast<std::size_t>(std::countr_zero(hits));
+          std::size_t place = count++;
+          for (; place > first && stack[place - 1].near < near[i]; --place) stack[place] = stack[place - 1];
+          stack[place] = {node.child[i], near[i]};
+        }
+        current = stack[--count].child;
+        continue;
       }
-      for (const std::uint32_t other : tree.others(leaf)) {
-        if (visitor.other(other)) return true;
+    } else if (WideTree::sort_of(current) == WideTree::Sort::triangle_block) {
+      if (visitor.triangles(tree.triangle_blocks()[WideTree::index_of(current)])) return true;
+    } else if (WideTree::sort_of(current) == WideTree::Sort::sphere_block) {
+      if (visitor.spheres(tree.sphere_blocks()[WideTree::index_of(current)])) return true;
+    } else {
+      const WideTree::Leaf& leaf = tree.leaves()[WideTree::index_of(current)];
+      for (auto i = leaf.triangle_begin; i < leaf.triangle_end; ++i) {
+        if (visitor.triangles(tree.triangle_blocks()[i])) return true;
       }
-      limit = limit_up();
-      continue;
+      for (auto i = leaf.sphere_begin; i < leaf.sphere_end; ++i) {
+        if (visitor.spheres(tree.sphere_blocks()[i])) return true;
+      }
+      for (auto i = leaf.other_begin; i < leaf.other_end; ++i) {
+        if (visitor.other(tree.others()[i])) return true;
+      }
     }
-    const WideTree::Node& node = tree.nodes()[top.child];
-    HWY_ALIGN float near[WideTree::width];
-    const std::size_t first = count;
-    for (unsigned hits = enter(node, box_ray, limit, near); hits != 0; hits &= hits - 1) {
-      const auto i = static_cast<std::size_t>(std::countr_zero(hits));
-      std::size_t place = count++;
-      for (; place > first && stack[place - 1].near < near[i]; --place) stack[place] = stack[place - 1];
-      stack[place] = {node.child[i], near[i]};
-    }
+    do {
+      if (count == 0) return false;
+      --count;
+    } while (stack[count].near > visitor.limit());
+    current = stack[count].child;
   }
-  return false;
+}
+
+/// The triangle of the tree that is `self`, if any.
+std::uint32_t self_triangle(const OwnedTriangles& triangles, const World& world, const SurfaceId& self) {
+  constexpr std::uint32_t none = 0xffffffff;
+  if (triangles.items == nullptr) return self.item == triangles.item ? self.part : none;
+  if (self.item >= world.items.size() || world.items[self.item].kind != Kind::triangle) return none;
+  return world.items[self.item].index;
+}
+
+/// Keeps triangles that may be nearest until the walk is over: then few are left to test in double precision.
+class ToNearest {
+ public:
+  ToNearest(const OwnedTriangles& triangles, const World& world, const geometry::PreparedRay& ray,
+            const FloatRay& float_ray, const SurfaceId& self, Nearest& nearest)
+      : triangles_(triangles),
+        world_(world),
+        ray_(ray),
+        float_ray_(float_ray),
+        self_(self),
+        self_triangle_(self_triangle(triangles, world, self)),
+        nearest_(nearest),
+        limit_(float_ray.limit(nearest.limit)) {}
+
+  float limit() const { return limit_; }
+
+  bool triangles(const WideTree::TriangleBlock& block) {
+    Meetings met;
+    meet(block, float_ray_, limit_, met);
+    for (unsigned hits = met.possible; hits != 0; hits &= hits - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(hits));
+      if (block.triangle[lane] == self_triangle_) continue;
+      if (count_ == capacity) decide();
+      waiting_[count_++] = {block.triangle[lane], met.t_low[lane]};
+      if ((met.certain >> lane & 1u) != 0) limit_ = std::min(limit_, met.t_high[lane]);
+    }
+    return false;
+  }
+  bool spheres(const WideTree::SphereBlock& block) {
+    for (unsigned hits = meet(block, float_ray_, limit_); hits != 0; hits &= hits - 1) {
+      other(block.item[std::countr_zero(hits)]);
+    }
+    return false;
+  }
+  bool other(std::uint32_t item) {
+    find_in_item(world_, item, ray_, self_, nearest_);
+    limit_ = std::min(limit_, float_ray_.limit(nearest_.limit));
+    return false;
+  }
+
+  /// Tests what is waiting.
+  void decide() {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (waiting_[i].t_low > limit_) continue;
+      const std::uint32_t triangle = waiting_[i].triangle;
+      const auto hit = intersect(triangles_.set[triangle], ray_, nearest_.limit);
+      if (!hit) continue;
+      nearest_.offer(hit->t, triangles_.surface(triangle), hit->b1, hit->b2);
+      limit_ = std::min(limit_, float_ray_.limit(nearest_.limit));
+    }
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t capacity = 32;
+  struct Waiting {
+    std::uint32_t triangle;
+    float t_low;
+  };
+  const OwnedTriangles& triangles_;
+  const World& world_;
+  const geometry::PreparedRay& ray_;
+  const FloatRay& float_ray_;
+  const SurfaceId& self_;
+  std::uint32_t self_triangle_;
+  Nearest& nearest_;
+  float limit_;  // may be below nearest_.limit: some triangle that waits is met before it for certain
+  std::array<Waiting, capacity> waiting_;
+  std::size_t count_ = 0;
+};
+
+class ToOpaque {
+ public:
+  ToOpaque(const OwnedTriangles& triangles, const World& world, const geometry::PreparedRay& ray,
+           const FloatRay& float_ray, const SurfaceId& self, double limit, Crossed& crossed)
+      : triangles_(triangles),
+        world_(world),
+        ray_(ray),
+        float_ray_(float_ray),
+        self_(self),
+        self_triangle_(self_triangle(triangles, world, self)),
+        exact_limit_(limit),
+        limit_(float_ray.limit(limit)),
+        certain_limit_(rounded_down(limit - float_ray.t_start)),
+        crossed_(crossed) {}
+
+  float limit() const { return limit_; }
+
+  bool triangles(const WideTree::TriangleBlock& block) {
+    Meetings met;
+    meet(block, float_ray_, limit_, met);
+    for (unsigned hits = met.possible; hits != 0; hits &= hits - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(hits));
+      const std::uint32_t triangle = block.triangle[lane];
+      if (triangle == self_triangle_) continue;
+      const bool is_certain = (met.certain >> lane & 1u) != 0 && met.t_high[lane] < certain_limit_;
+      if (!is_certain && !intersect(triangles_.set[triangle], ray_, exact_limit_)) continue;
+      const std::uint32_t item = triangles_.surface(triangle).item;
+      if (triangles_.items == nullptr ? triangles_.are_opaque : world_.items[item].is_opaque) return true;
+      crossed_.add(item);
+    }
+    return false;
+  }
+  bool spheres(const WideTree::SphereBlock& block) {
+    for (unsigned hits = meet(block, float_ray_, limit_); hits != 0; hits &= hits - 1) {
+      if (other(block.item[std::countr_zero(hits)])) return true;
+    }
+    return false;
+  }
+  bool other(std::uint32_t item) { return cross_item(world_, item, ray_, self_, exact_limit_, crossed_); }
+
+ private:
+  const OwnedTriangles& triangles_;
+  const World& world_;
+  const geometry::PreparedRay& ray_;
+  const FloatRay& float_ray_;
+  const SurfaceId& self_;
+  std::uint32_t self_triangle_;
+  double exact_limit_;
+  float limit_, certain_limit_;
+  Crossed& crossed_;
+};
+
+void find_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                  const geometry::PreparedRay& ray, const SurfaceId& self, Nearest& nearest) {
+  const FloatRay float_ray(tree, ray);
+  ToNearest visitor(triangles, world, ray, float_ray, self, nearest);
+  walk_ray(tree, float_ray, visitor);
+  visitor.decide();
+}
+
+bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                 const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
+  const FloatRay float_ray(tree, ray);
+  ToOpaque visitor(triangles, world, ray, float_ray, self, limit, crossed);
+  return walk_ray(tree, float_ray, visitor);
 }
 
 /// Which children's boxes are not wholly outside one of the shaft's planes, one bit each.
@@ -188,7 +408,7 @@ unsigned overlap(const WideTree::Node& node, const Shaft::BoxPlanes& planes) {
         const auto term =
             hn::Mul(hn::Set(d, plane.outward[axis]), hn::Load(d, node.bounds[plane.nearest_row[axis]] + lane));
         value = hn::Add(value, term);
-        size = hn::Add(size, hn::Mul(hn::Abs(term), hn::Set(d, 8 * 0x1p-24F)));
+        size = hn::Add(size, hn::Mul(hn::Abs(term), hn::Set(d, 8 * roundoff)));
       }
       outside = hn::Or(outside, hn::Gt(value, size));
     }
@@ -197,28 +417,77 @@ unsigned overlap(const WideTree::Node& node, const Shaft::BoxPlanes& planes) {
   return hits;
 }
 
+/// Which triangles are not wholly outside one of the shaft's planes, one bit each.
+unsigned overlap(const WideTree::TriangleBlock& block, const Shaft::BoxPlanes& planes) {
+  const Floats d;
+  unsigned hits = 0;
+  for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
+    auto outside = hn::Ne(hn::Load(d, block.vertex[0][0] + lane), hn::Load(d, block.vertex[0][0] + lane));
+    for (int i = 0; i < planes.count; ++i) {
+      const Shaft::BoxPlanes::Plane& plane = planes.plane[i];
+      auto is_outside = hn::FirstN(d, WideTree::width);
+      for (const auto& vertex : block.vertex) {
+        auto value = hn::Set(d, -plane.offset), size = hn::Set(d, plane.slack);
+        for (int axis = 0; axis < 3; ++axis) {
+          const auto term = hn::Mul(hn::Set(d, plane.outward[axis]), hn::Load(d, vertex[axis] + lane));
+          value = hn::Add(value, term);
+          size = hn::Add(size, hn::Mul(hn::Abs(term), hn::Set(d, 8 * roundoff)));
+        }
+        is_outside = hn::And(is_outside, hn::Gt(value, size));
+      }
+      outside = hn::Or(outside, is_outside);
+    }
+    hits |= bits(d, hn::Not(outside)) << lane;
+  }
+  return hits;
+}
+
 bool walk_shaft(const WideTree& tree, const Shaft& shaft, ShaftVisitor& visitor) {
-  const Shaft::BoxPlanes planes = shaft.box_planes();
+  const Shaft::BoxPlanes planes = shaft.box_planes(tree.origin());
   std::uint32_t stack[stack_size];
   std::size_t count = 0;
-  stack[count++] = 0;
+  stack[count++] = tree.root();
+  const auto at_triangles = [&](const WideTree::TriangleBlock& block) {
+    for (unsigned hits = overlap(block, planes); hits != 0; hits &= hits - 1) {
+      if (visitor.triangle(block.triangle[std::countr_zero(hits)])) return true;
+    }
+    return false;
+  };
+  const auto at_spheres = [&](const WideTree::SphereBlock& block) {
+    for (std::size_t lane = 0; lane < WideTree::width; ++lane) {
+      if (std::isnan(block.radius[lane])) break;
+      if (visitor.other(block.item[lane])) return true;
+    }
+    return false;
+  };
   while (count > 0) {
-    const std::uint32_t top = stack[--count];
-    if ((top & WideTree::leaf_flag) == 0) {
-      const WideTree::Node& node = tree.nodes()[top];
-      for (unsigned hits = overlap(node, planes); hits != 0; hits &= hits - 1)
-        stack[count++] = node.child[std::countr_zero(hits)];
-      continue;
-    }
-    const WideTree::Leaf& leaf = tree.leaf(top);
-    for (const WideTree::Block& block : tree.blocks(leaf)) {
-      for (std::size_t lane = 0; lane < WideTree::block_width; ++lane) {
-        if (lane > 0 && block.id[lane] == block.id[0]) break;
-        if (visitor.triangle(block.id[lane], block.triangle(lane))) return true;
+    const std::uint32_t top = stack[--count], index = WideTree::index_of(top);
+    switch (WideTree::sort_of(top)) {
+      case WideTree::Sort::node: {
+        const WideTree::Node& node = tree.nodes()[index];
+        for (unsigned hits = overlap(node, planes); hits != 0; hits &= hits - 1)
+          stack[count++] = node.child[std::countr_zero(hits)];
+        break;
       }
-    }
-    for (const std::uint32_t other : tree.others(leaf)) {
-      if (visitor.other(other)) return true;
+      case WideTree::Sort::triangle_block:
+        if (at_triangles(tree.triangle_blocks()[index])) return true;
+        break;
+      case WideTree::Sort::sphere_block:
+        if (at_spheres(tree.sphere_blocks()[index])) return true;
+        break;
+      case WideTree::Sort::leaf: {
+        const WideTree::Leaf& leaf = tree.leaves()[index];
+        for (auto i = leaf.triangle_begin; i < leaf.triangle_end; ++i) {
+          if (at_triangles(tree.triangle_blocks()[i])) return true;
+        }
+        for (auto i = leaf.sphere_begin; i < leaf.sphere_end; ++i) {
+          if (at_spheres(tree.sphere_blocks()[i])) return true;
+        }
+        for (auto i = leaf.other_begin; i < leaf.other_end; ++i) {
+          if (visitor.other(tree.others()[i])) return true;
+        }
+        break;
+      }
     }
   }
   return false;
@@ -230,11 +499,18 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace penumbra::accel {
 
-HWY_EXPORT(walk_ray);
+HWY_EXPORT(find_nearest);
+HWY_EXPORT(find_opaque);
 HWY_EXPORT(walk_shaft);
 
-bool walk(const WideTree& tree, const geometry::PreparedRay& ray, RayVisitor& visitor) {
-  return HWY_DYNAMIC_DISPATCH(walk_ray)(tree, ray, visitor);
+void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                     const geometry::PreparedRay& ray, const SurfaceId& self, Nearest& nearest) {
+  HWY_DYNAMIC_DISPATCH(find_nearest)(tree, triangles, world, ray, self, nearest);
+}
+
+bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                    const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
+  return HWY_DYNAMIC_DISPATCH(find_opaque)(tree, triangles, world, ray, self, limit, crossed);
 }
 
 bool walk(const WideTree& tree, const Shaft& shaft, ShaftVisitor& visitor) {

@@ -15,12 +15,8 @@ math::Bounds transformed(const math::Bounds& box, const math::Affine& map) {
 
 std::optional<math::Bounds> local_bounds(const World& world, const Item& item) {
   switch (item.kind) {
-    case Kind::triangle: {
-      const geometry::TriangleVertices& t = world.triangles[item.index];
-      math::Bounds box;
-      box.include(t.v0), box.include(t.v1), box.include(t.v2);
-      return box;
-    }
+    case Kind::triangle:
+      return world.triangles.bounds_of(item.index);
     case Kind::sphere:
       return geometry::bounds_of(world.spheres[item.index]);
     case Kind::plane:

@@ -1,12 +1,11 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "engine/accel/triangle_set.h"
 #include "engine/geometry/quadrics.h"
-#include "engine/geometry/triangle.h"
 #include "engine/math/affine.h"
 #include "engine/math/bounds.h"
 
@@ -16,12 +15,20 @@ using geometry::SurfaceId;
 using math::Vec3;
 
 class Tree;
+class WideTree;
+
+/// One of the two: a wide tree where single precision can hold the coordinates and the acceleration is bvh, else a
+/// plain one.
+struct Structure {
+  std::shared_ptr<const Tree> plain;
+  std::shared_ptr<const WideTree> wide;
+};
 
 /// A triangle mesh in its own space, with the structure that finds its triangles; may be shared by many items.
 struct MeshShape {
-  std::vector<geometry::TriangleVertices> triangles;
-  std::vector<std::array<Vec3, 3>> normals;  // unit, three a triangle; empty for flat shading
-  std::shared_ptr<const Tree> tree;
+  TriangleSet triangles;
+  std::vector<Vec3> normals;  // unit, by vertex; empty for flat shading
+  Structure structure;
   math::Bounds bounds;
 };
 
@@ -46,14 +53,15 @@ struct Item {
 /// SurfaceId::part is the triangle. Immutable once compiled; may be shared between threads.
 struct World {
   std::vector<Item> items;
-  std::vector<geometry::TriangleVertices> triangles;
+  TriangleSet triangles;                      // that are items of their own
+  std::vector<std::uint32_t> triangle_items;  // which
   std::vector<geometry::SphereShape> spheres;
   std::vector<geometry::PlaneShape> planes;
   std::vector<geometry::TubeShape> tubes;
   std::vector<geometry::CylinderShape> cylinders;
   std::vector<MeshShape> meshes;
   std::vector<Placement> placements;
-  std::shared_ptr<const Tree> tree;  // over the finite items
+  Structure structure;  // over the finite items
   std::vector<std::uint32_t> infinite_items;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/accel/tree.h"
+#include "engine/accel/wide_tree.h"
 #include "engine/geometry/polygon.h"
 #include "engine/math/elementary.h"
 
@@ -20,42 +21,52 @@ shading::CompiledMaterial compiled(const scene::Material& material) {
   return result;
 }
 
-accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, scene::Acceleration acceleration) {
-  accel::MeshShape shape;
-  const bool is_mirrored = transform.determinant() < 0;
-  const Affine back = math::inverse(transform);
-  const bool is_identity = transform == Affine{};
-  shape.triangles.reserve(mesh.triangles.size());
-  for (std::array<std::uint32_t, 3> corner : mesh.triangles) {
-    if (is_mirrored) std::swap(corner[1], corner[2]);
-    const auto position = [&](std::uint32_t i) {
-      return is_identity ? mesh.positions[i] : transform.point(mesh.positions[i]);
-    };
-    shape.triangles.push_back({position(corner[0]), position(corner[1]), position(corner[2])});
-    if (mesh.normals.empty()) continue;
-    const auto normal = [&](std::uint32_t i) { return math::normalize(back.transposed_vector(mesh.normals[i])); };
-    shape.normals.push_back({normal(corner[0]), normal(corner[1]), normal(corner[2])});
-  }
+math::Bounds bounds_of(const accel::TriangleSet& triangles, std::span<const accel::OtherEntry> others) {
+  math::Bounds box;
+  for (const Vec3& position : triangles.positions) box.include(position);
+  for (const accel::OtherEntry& other : others) box.include(other.box);
+  return box;
+}
+
+/// Over triangles and other items; entries of `grouping` count triangles first.
+accel::Structure structure_over(const accel::TriangleSet& triangles, std::span<const accel::OtherEntry> others,
+                                scene::Acceleration acceleration, const accel::Grouping& grouping,
+                                const accel::ParallelFor& parallel_for) {
+  if (acceleration == scene::Acceleration::bvh && accel::WideTree::can_hold(bounds_of(triangles, others)))
+    return {nullptr, std::make_shared<const accel::WideTree>(triangles, others, parallel_for)};
   std::vector<accel::TreeEntry> entries;
-  entries.reserve(shape.triangles.size());
-  for (std::uint32_t i = 0; i < shape.triangles.size(); ++i) {
-    const geometry::TriangleVertices& t = shape.triangles[i];
-    math::Bounds box;
-    box.include(t.v0), box.include(t.v1), box.include(t.v2);
-    entries.push_back({box, i, &t});
-    shape.bounds.include(box);
+  entries.reserve(triangles.size() + others.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) entries.push_back({triangles.bounds_of(i), i, true});
+  for (const accel::OtherEntry& other : others) entries.push_back({other.box, other.item, false});
+  return {std::make_shared<const accel::Tree>(acceleration, entries, grouping), nullptr};
+}
+
+accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, const CompileSettings& settings) {
+  accel::MeshShape shape;
+  shape.triangles = {mesh.positions, mesh.triangles};
+  shape.normals = mesh.normals;
+  const Affine back = math::inverse(transform);
+  if (!(transform == Affine{})) {
+    for (Vec3& position : shape.triangles.positions) position = transform.point(position);
+    if (transform.determinant() < 0) {
+      for (auto& corner : shape.triangles.corners) std::swap(corner[1], corner[2]);
+    }
   }
+  for (Vec3& normal : shape.normals) normal = math::normalize(back.transposed_vector(normal));
+  for (std::uint32_t i = 0; i < shape.triangles.size(); ++i) shape.bounds.include(shape.triangles.bounds_of(i));
   // Inside a mesh there is nothing left to box or group by object.
-  const bool has_tree = acceleration == scene::Acceleration::median || acceleration == scene::Acceleration::bvh;
-  shape.tree = std::make_shared<accel::Tree>(has_tree ? acceleration : scene::Acceleration::none, entries);
+  const bool has_tree =
+      settings.acceleration == scene::Acceleration::median || settings.acceleration == scene::Acceleration::bvh;
+  shape.structure = structure_over(shape.triangles, {}, has_tree ? settings.acceleration : scene::Acceleration::none,
+                                   {}, settings.parallel_for);
   return shape;
 }
 
 class Compiler {
  public:
-  Compiler(const scene::Description& description, scene::Acceleration acceleration)
-      : description_(description), acceleration_(acceleration) {
-    for (const scene::Mesh& mesh : description.meshes) world_.meshes.push_back(compiled(mesh, {}, acceleration));
+  Compiler(const scene::Description& description, const CompileSettings& settings)
+      : description_(description), settings_(settings) {
+    for (const scene::Mesh& mesh : description.meshes) world_.meshes.push_back(compiled(mesh, {}, settings));
   }
 
   void add_objects(shading::Scene& scene) {
@@ -100,7 +111,10 @@ class Compiler {
       a = transform.point(a), b = transform.point(b), c = transform.point(c);
       if (transform.determinant() < 0) std::swap(b, c);
     }
-    world_.triangles.push_back({a, b, c});
+    const auto first = static_cast<std::uint32_t>(world_.triangles.positions.size());
+    world_.triangles.positions.insert(world_.triangles.positions.end(), {a, b, c});
+    world_.triangles.corners.push_back({first, first + 1, first + 2});
+    world_.triangle_items.push_back(static_cast<std::uint32_t>(world_.items.size()));
     add_item(accel::Kind::triangle, world_.triangles.size() - 1);
   }
 
@@ -129,7 +143,7 @@ class Compiler {
     add_item(accel::Kind::cylinder, world_.cylinders.size() - 1, place(transform));
   }
   void add(const scene::Mesh& mesh, const Affine& transform) {
-    world_.meshes.push_back(compiled(mesh, transform, acceleration_));
+    world_.meshes.push_back(compiled(mesh, transform, settings_));
     add_item(accel::Kind::mesh, world_.meshes.size() - 1);
   }
   void add(const scene::Instance& instance, const Affine& transform) {
@@ -138,20 +152,25 @@ class Compiler {
   void add(const scene::Group&, const Affine&) {}
 
   void build_tree(accel::Grouping& root) {
-    std::vector<accel::TreeEntry> entries;
+    std::vector<accel::OtherEntry> others;
     std::vector<std::uint32_t> entry_of(world_.items.size(), accel::not_placed);
     for (std::uint32_t i = 0; i < world_.items.size(); ++i) {
       const accel::Item& item = world_.items[i];
+      if (item.kind == accel::Kind::triangle) {
+        entry_of[i] = item.index;
+        continue;
+      }
       const auto box = bounds_of(world_, item);
       if (!box) {
         world_.infinite_items.push_back(i);
       } else if (!box->is_empty()) {
-        entry_of[i] = static_cast<std::uint32_t>(entries.size());
-        entries.push_back({*box, i, item.kind == accel::Kind::triangle ? &world_.triangles[item.index] : nullptr});
+        entry_of[i] = static_cast<std::uint32_t>(world_.triangles.size() + others.size());
+        const bool is_sphere = item.kind == accel::Kind::sphere && item.placement == accel::not_placed;
+        others.push_back({*box, i, is_sphere ? &world_.spheres[item.index] : nullptr});
       }
     }
-    if (acceleration_ == scene::Acceleration::groups) renumber(root, entry_of);
-    world_.tree = std::make_shared<accel::Tree>(acceleration_, entries, root);
+    if (settings_.acceleration == scene::Acceleration::groups) renumber(root, entry_of);
+    world_.structure = structure_over(world_.triangles, others, settings_.acceleration, root, settings_.parallel_for);
   }
 
   static void renumber(accel::Grouping& grouping, const std::vector<std::uint32_t>& entry_of) {
@@ -164,7 +183,7 @@ class Compiler {
   }
 
   const scene::Description& description_;
-  scene::Acceleration acceleration_;
+  const CompileSettings& settings_;
   accel::World world_;
   std::vector<shading::CompiledMaterial> materials_;
   std::vector<std::uint32_t> item_material_;
@@ -220,7 +239,7 @@ bool differ_only_in_brightness(scene::Light a, scene::Light b) {
 
 Compiled compile(const scene::Description& description, const CompileSettings& settings) {
   Compiled result;
-  Compiler(description, settings.acceleration).add_objects(result.scene);
+  Compiler(description, settings).add_objects(result.scene);
   std::vector<scene::Light> lights;
   for (scene::Light light : description.lights) {
     const auto twin = std::find_if(lights.begin(), lights.end(),

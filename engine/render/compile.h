@@ -1,4 +1,5 @@
 #pragma once
+#include "engine/accel/wide_tree.h"
 #include "engine/scene/description.h"
 #include "engine/scene/options.h"
 #include "engine/shading/scene.h"
@@ -8,6 +9,7 @@ namespace penumbra::render {
 struct CompileSettings {
   scene::Acceleration acceleration = scene::Acceleration::bvh;
   bool merge_lights = true;
+  accel::ParallelFor parallel_for = accel::run_in_turn;
 };
 
 struct Compiled {

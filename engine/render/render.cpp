@@ -70,7 +70,11 @@ int thread_limit(int threads, int pool_size) {
 std::optional<Picture> render(const scene::Description& description, const scene::Options& options, Pool& pool,
                               Control& control, const Switches& switches) {
   const Clock::time_point start = Clock::now();
-  const Compiled compiled = compile(description, {options.acceleration, switches.merge_lights});
+  const int threads = thread_limit(options.threads, pool.size());
+  const accel::ParallelFor on_pool = [&](std::int64_t count, const std::function<void(std::int64_t)>& task) {
+    pool.run(count, threads, task);
+  };
+  const Compiled compiled = compile(description, {options.acceleration, switches.merge_lights, on_pool});
   Picture picture;
   picture.stats.build_s = seconds_since(start);
   if (control.is_canceled()) return std::nullopt;
@@ -95,7 +99,7 @@ std::optional<Picture> render(const scene::Description& description, const scene
     const std::function<bool()> is_stopped = [&] { return control.is_canceled() || (!is_first && is_out_of_time()); };
     records.resize(static_cast<std::size_t>(canvas->tile_count()));
     const std::uint64_t tile_work = pass.work / records.size();
-    pool.run(canvas->tile_count(), thread_limit(options.threads, pool.size()), [&](std::int64_t task) {
+    pool.run(canvas->tile_count(), threads, [&](std::int64_t task) {
       const int index = static_cast<int>(task);
       if (!paint(canvas->tile(index), pass.stride, sampler, is_stopped, *canvas,
                  records[static_cast<std::size_t>(index)]))

@@ -22,7 +22,7 @@ inline constexpr scene::Acceleration accelerations[]{scene::Acceleration::none, 
 
 inline shading::Scene compiled(const scene::Description& description,
                                scene::Acceleration acceleration = scene::Acceleration::bvh) {
-  return render::compile(description, {acceleration, true}).scene;
+  return render::compile(description, {acceleration, true, accel::run_in_turn}).scene;
 }
 
 inline scene::Description with_objects(std::vector<scene::Object> objects) {

@@ -1,0 +1,431 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "engine/accel/wide_tree.h"
+
+namespace penumbra::accel {
+namespace {
+
+constexpr std::size_t bin_count = 16, leaf_capacity = WideTree::width;
+// What one of the others counts for beside a lane of a block.
+constexpr std::size_t weight_of_other = 4;
+// Below this level ranges are halved by count, which bounds the depth of any tree (see wide_walk.cpp).
+constexpr int depth_of_sah = 48;
+constexpr std::ptrdiff_t chunk = 1 << 14;  // entries a task takes when a pass over a range is shared
+
+enum class Shape : std::uint32_t { triangle, sphere, other };
+
+/// The box of lower corner and negated upper corner: including is a minimum. The fourth lane of each is spare.
+struct Box {
+  float lower[4]{HUGE_VALF, HUGE_VALF, HUGE_VALF, 0}, minus_upper[4]{HUGE_VALF, HUGE_VALF, HUGE_VALF, 0};
+
+  void include(const float* low, const float* minus_high) {
+    for (int i = 0; i < 4; ++i) lower[i] = low[i] < lower[i] ? low[i] : lower[i];
+    for (int i = 0; i < 4; ++i) minus_upper[i] = minus_high[i] < minus_upper[i] ? minus_high[i] : minus_upper[i];
+  }
+  void include(const Box& box) { include(box.lower, box.minus_upper); }
+  float width(int axis) const { return -minus_upper[axis] - lower[axis]; }
+  float half_area() const { return width(0) * width(1) + width(1) * width(2) + width(2) * width(0); }
+};
+
+/// Box of an entry, and in the spare lanes which entry it is.
+struct Reference {
+  float lower[4], minus_upper[4];
+  std::uint32_t index() const { return std::bit_cast<std::uint32_t>(lower[3]); }
+  Shape shape() const { return static_cast<Shape>(std::bit_cast<std::uint32_t>(minus_upper[3])); }
+  float doubled_centre(int axis) const { return lower[axis] - minus_upper[axis]; }
+};
+
+using Range = std::span<Reference>;
+
+/// Of a range: its box, and the box of its entries' (doubled) centres.
+struct Extent {
+  Box box, centres;
+  std::size_t others = 0;
+  void include(const Reference& r) {
+    box.include(r.lower, r.minus_upper);
+    const float c[4]{r.doubled_centre(0), r.doubled_centre(1), r.doubled_centre(2), 0};
+    const float minus[4]{-c[0], -c[1], -c[2], 0};
+    centres.include(c, minus);
+    others += r.shape() == Shape::other ? 1 : 0;
+  }
+  void include(const Extent& e) { box.include(e.box), centres.include(e.centres), others += e.others; }
+};
+
+struct Part {
+  Range range;
+  Extent extent;
+  bool is_leaf() const { return range.size() + extent.others * (weight_of_other - 1) <= leaf_capacity; }
+};
+
+struct Bins {
+  std::array<std::array<Box, bin_count>, 3> box;
+  std::array<std::array<std::uint32_t, bin_count>, 3> count{};
+};
+
+struct Split {
+  int axis = -1;
+  int bin = 0;  // entries in bins below go left
+  float cost = HUGE_VALF;
+};
+
+/// Maps (doubled) centres to bins.
+struct Binning {
+  float lower[3], scale[3];
+  explicit Binning(const Box& centres) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = centres.lower[axis];
+      const float s = static_cast<float>(bin_count) / centres.width(axis);
+      scale[axis] = std::isfinite(s) ? s : 0;
+    }
+  }
+  std::size_t bin(const Reference& r, int axis) const {
+    const float x = (r.doubled_centre(axis) - lower[axis]) * scale[axis];
+    return std::min(bin_count - 1, static_cast<std::size_t>(x));
+  }
+};
+
+Split best_split(const Bins& bins, const Binning& binning, std::size_t total) {
+  Split best;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (binning.scale[axis] == 0) continue;
+    const auto& box = bins.box[static_cast<std::size_t>(axis)];
+    const auto& count = bins.count[static_cast<std::size_t>(axis)];
+    std::array<float, bin_count> cost_left{};
+    Box side;
+    std::size_t entries = 0;
+    for (std::size_t i = 0; i + 1 < bin_count; ++i) {
+      side.include(box[i]), entries += count[i];
+      cost_left[i + 1] = entries == 0 ? HUGE_VALF : side.half_area() * static_cast<float>(entries);
+    }
+    side = {}, entries = 0;
+    for (std::size_t i = bin_count - 1; i >= 1; --i) {
+      side.include(box[i]), entries += count[i];
+      if (entries == 0 || entries == total) continue;
+      const float cost = cost_left[i] + side.half_area() * static_cast<float>(entries);
+      if (cost < best.cost) best = {axis, static_cast<int>(i), cost};
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+void run_in_turn(std::int64_t count, const std::function<void(std::int64_t)>& task) {
+  for (std::int64_t i = 0; i < count; ++i) task(i);
+}
+
+class WideBuilder {
+ public:
+  WideBuilder(const TriangleSet& triangles, std::span<const OtherEntry> others, const ParallelFor& parallel_for,
+              WideTree& tree)
+      : triangles_(triangles), others_(others), parallel_for_(parallel_for), tree_(tree) {}
+
+  void build() {
+    std::vector<Reference> references = make_references();
+    const Part whole{references, extent_of(references)};
+    task_size_ = std::max<std::size_t>(static_cast<std::size_t>(chunk), references.size() / 32);
+    tree_.leaves_.push_back({});
+    tree_.root_ = add(whole, 0, tree_, whole.range.size() > 2 * task_size_);
+    std::vector<WideTree> built(tasks_.size());
+    std::vector<std::uint32_t> roots(tasks_.size());
+    parallel_for_(static_cast<std::int64_t>(tasks_.size()), [&](std::int64_t i) {
+      const auto k = static_cast<std::size_t>(i);
+      built[k].leaves_.push_back({});
+      roots[k] = add(tasks_[k].part, tasks_[k].depth, built[k], false);
+    });
+    references = {};
+    reserve(built);
+    for (std::size_t k = 0; k < tasks_.size(); ++k) {
+      tree_.nodes_[tasks_[k].node].child[tasks_[k].lane] = append(std::move(built[k]), roots[k]);
+    }
+  }
+
+ private:
+  struct Task {
+    Part part;
+    int depth;
+    std::size_t node, lane;
+  };
+
+  std::vector<Reference> make_references() {
+    const std::size_t triangle_count = triangles_.size();
+    std::vector<Reference> references(triangle_count + others_.size());
+    const auto fill = [&](Reference& r, const math::Bounds& box, std::size_t index, Shape shape) {
+      for (int axis = 0; axis < 3; ++axis) {
+        r.lower[axis] = rounded_down(box.lower[axis] - tree_.origin_[axis]);
+        r.minus_upper[axis] = -rounded_up(box.upper[axis] - tree_.origin_[axis]);
+      }
+      r.lower[3] = std::bit_cast<float>(static_cast<std::uint32_t>(index));
+      r.minus_upper[3] = std::bit_cast<float>(static_cast<std::uint32_t>(shape));
+    };
+    in_chunks(static_cast<std::ptrdiff_t>(references.size()), [&](std::ptrdiff_t, std::ptrdiff_t from,
+                                                                  std::ptrdiff_t to) {
+      for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
+        if (i < triangle_count) {
+          fill(references[i], triangles_.bounds_of(static_cast<std::uint32_t>(i)), i, Shape::triangle);
+        } else {
+          const OtherEntry& other = others_[i - triangle_count];
+          fill(references[i], other.box, i - triangle_count, other.sphere != nullptr ? Shape::sphere : Shape::other);
+        }
+      }
+    });
+    return references;
+  }
+
+  /// Calls use(chunk's number, from, to) for each chunk of [0, count), on several threads if it pays.
+  template <class Use>
+  void in_chunks(std::ptrdiff_t count, const Use& use) const {
+    const std::ptrdiff_t chunks = (count + chunk - 1) / chunk;
+    const auto task = [&](std::int64_t i) { use(i, i * chunk, std::min(count, (i + 1) * chunk)); };
+    if (chunks > 1) {
+      parallel_for_(chunks, task);
+    } else if (chunks == 1) {
+      task(0);
+    }
+  }
+
+  Extent extent_of(Range range) const {
+    const auto count = static_cast<std::ptrdiff_t>(range.size());
+    if (count <= chunk || range.size() <= task_size_) {
+      Extent extent;
+      for (const Reference& r : range) extent.include(r);
+      return extent;
+    }
+    std::vector<Extent> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
+    in_chunks(count, [&](std::ptrdiff_t i, std::ptrdiff_t from, std::ptrdiff_t to) {
+      for (auto k = from; k < to; ++k) parts[static_cast<std::size_t>(i)].include(range[static_cast<std::size_t>(k)]);
+    });
+    Extent extent;
+    for (const Extent& part : parts) extent.include(part);
+    return extent;
+  }
+
+  static void fill_bins(Range range, const Binning& binning, Bins& bins) {
+    for (const Reference& r : range) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::size_t bin = binning.bin(r, axis);
+        bins.box[static_cast<std::size_t>(axis)][bin].include(r.lower, r.minus_upper);
+        ++bins.count[static_cast<std::size_t>(axis)][bin];
+      }
+    }
+  }
+
+  Bins bins_of(Range range, const Binning& binning) const {
+    Bins bins;
+    const auto count = static_cast<std::ptrdiff_t>(range.size());
+    if (range.size() <= task_size_) {
+      fill_bins(range, binning, bins);
+      return bins;
+    }
+    std::vector<Bins> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
+    in_chunks(count, [&](std::ptrdiff_t i, std::ptrdiff_t from, std::ptrdiff_t to) {
+      fill_bins(range.subspan(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from)), binning,
+                parts[static_cast<std::size_t>(i)]);
+    });
+    for (const Bins& part : parts) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t b = 0; b < bin_count; ++b) {
+          bins.box[axis][b].include(part.box[axis][b]);
+          bins.count[axis][b] += part.count[axis][b];
+        }
+      }
+    }
+    return bins;
+  }
+
+  std::pair<Part, Part> split(const Part& part, int depth) const {
+    const Range range = part.range;
+    auto middle = range.begin();
+    if (depth < depth_of_sah) {
+      const Binning binning(part.extent.centres);
+      const Split best = best_split(bins_of(range, binning), binning, range.size());
+      if (best.axis >= 0) {
+        middle = std::partition(range.begin(), range.end(), [&](const Reference& r) {
+          return binning.bin(r, best.axis) < static_cast<std::size_t>(best.bin);
+        });
+      }
+    }
+    if (middle == range.begin() || middle == range.end()) {
+      const Box& centres = part.extent.centres;
+      const float x = centres.width(0), y = centres.width(1), z = centres.width(2);
+      const int axis = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
+      middle = range.begin() + static_cast<std::ptrdiff_t>(range.size() / 2);
+      std::nth_element(range.begin(), middle, range.end(), [axis](const Reference& a, const Reference& b) {
+        const float ca = a.doubled_centre(axis), cb = b.doubled_centre(axis);
+        return ca != cb ? ca < cb : a.shape() != b.shape() ? a.shape() < b.shape() : a.index() < b.index();
+      });
+    }
+    const Range left(range.begin(), middle), right(middle, range.end());
+    return {{left, extent_of(left)}, {right, extent_of(right)}};
+  }
+
+  /// Adds the part to `tree` and returns its reference; with `defers`, small parts become tasks.
+  std::uint32_t add(const Part& part, int depth, WideTree& tree, bool defers) {
+    if (part.is_leaf()) return add_leaf(part.range, tree);
+    std::array<Part, WideTree::width> parts{part};
+    std::size_t count = 1;
+    while (count < WideTree::width) {
+      // Open the part a ray is most likely to enter.
+      std::size_t largest = count;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (parts[i].is_leaf()) continue;
+        if (largest == count || parts[i].extent.box.half_area() > parts[largest].extent.box.half_area()) largest = i;
+      }
+      if (largest == count) break;
+      std::tie(parts[largest], parts[count]) = split(parts[largest], depth);
+      ++count;
+    }
+    const std::size_t index = tree.nodes_.size();
+    tree.nodes_.emplace_back();
+    for (std::size_t lane = 0; lane < WideTree::width; ++lane) {
+      const bool is_used = lane < count;
+      const Box& box = parts[lane].extent.box;
+      for (int axis = 0; axis < 3; ++axis) {
+        tree.nodes_[index].bounds[axis][lane] = is_used ? box.lower[axis] : HUGE_VALF;
+        tree.nodes_[index].bounds[axis + 3][lane] = is_used ? -box.minus_upper[axis] : -HUGE_VALF;
+      }
+      std::uint32_t child = WideTree::reference(WideTree::Sort::leaf, 0);
+      if (is_used && defers && parts[lane].range.size() <= task_size_) {
+        tasks_.push_back({parts[lane], depth + 1, index, lane});
+      } else if (is_used) {
+        child = add(parts[lane], depth + 1, tree, defers);
+      }
+      tree.nodes_[index].child[lane] = child;
+    }
+    return WideTree::reference(WideTree::Sort::node, index);
+  }
+
+  std::uint32_t add_leaf(Range range, WideTree& tree) {
+    // In a fixed order, whatever the partition left.
+    std::sort(range.begin(), range.end(), [](const Reference& a, const Reference& b) {
+      return a.shape() != b.shape() ? a.shape() < b.shape() : a.index() < b.index();
+    });
+    WideTree::Leaf leaf{};
+    const auto size = [](const auto& v) { return static_cast<std::uint32_t>(v.size()); };
+    leaf.triangle_begin = size(tree.triangle_blocks_), leaf.sphere_begin = size(tree.sphere_blocks_);
+    leaf.other_begin = size(tree.others_);
+    std::size_t triangle_lane = 0, sphere_lane = 0;
+    for (const Reference& r : range) {
+      if (r.shape() == Shape::triangle) {
+        if (triangle_lane == 0) tree.triangle_blocks_.push_back(empty_triangle_block());
+        put(r.index(), triangle_lane, tree.triangle_blocks_.back());
+        triangle_lane = (triangle_lane + 1) % WideTree::width;
+      } else if (r.shape() == Shape::sphere) {
+        if (sphere_lane == 0) tree.sphere_blocks_.push_back(empty_sphere_block());
+        put(others_[r.index()], sphere_lane, tree.sphere_blocks_.back());
+        sphere_lane = (sphere_lane + 1) % WideTree::width;
+      } else {
+        tree.others_.push_back(others_[r.index()].item);
+      }
+    }
+    leaf.triangle_end = size(tree.triangle_blocks_), leaf.sphere_end = size(tree.sphere_blocks_);
+    leaf.other_end = size(tree.others_);
+    const std::uint32_t triangles = leaf.triangle_end - leaf.triangle_begin;
+    const std::uint32_t spheres = leaf.sphere_end - leaf.sphere_begin, others = leaf.other_end - leaf.other_begin;
+    if (triangles == 1 && spheres + others == 0) {
+      return WideTree::reference(WideTree::Sort::triangle_block, leaf.triangle_begin);
+    }
+    if (spheres == 1 && triangles + others == 0) {
+      return WideTree::reference(WideTree::Sort::sphere_block, leaf.sphere_begin);
+    }
+    tree.leaves_.push_back(leaf);
+    return WideTree::reference(WideTree::Sort::leaf, tree.leaves_.size() - 1);
+  }
+
+  static WideTree::TriangleBlock empty_triangle_block() {
+    WideTree::TriangleBlock block{};
+    for (auto& vertex : block.vertex) {
+      for (auto& coordinate : vertex) std::fill_n(coordinate, WideTree::width, std::numeric_limits<float>::quiet_NaN());
+    }
+    return block;
+  }
+  static WideTree::SphereBlock empty_sphere_block() {
+    WideTree::SphereBlock block{};
+    for (auto& coordinate : block.center) {
+      std::fill_n(coordinate, WideTree::width, std::numeric_limits<float>::quiet_NaN());
+    }
+    std::fill_n(block.radius, WideTree::width, std::numeric_limits<float>::quiet_NaN());
+    return block;
+  }
+  void put(std::uint32_t triangle, std::size_t lane, WideTree::TriangleBlock& block) const {
+    for (std::size_t v = 0; v < 3; ++v) {
+      const Vec3 p = triangles_.positions[triangles_.corners[triangle][v]] - tree_.origin_;
+      for (int axis = 0; axis < 3; ++axis) block.vertex[v][axis][lane] = static_cast<float>(p[axis]);
+    }
+    block.triangle[lane] = triangle;
+  }
+  void put(const OtherEntry& entry, std::size_t lane, WideTree::SphereBlock& block) const {
+    const Vec3 center = entry.sphere->center - tree_.origin_;
+    for (int axis = 0; axis < 3; ++axis) block.center[axis][lane] = static_cast<float>(center[axis]);
+    block.radius[lane] = static_cast<float>(entry.sphere->radius);
+    block.item[lane] = entry.item;
+  }
+
+  void reserve(const std::vector<WideTree>& parts) {
+    const auto make_room = [&](auto member) {
+      std::size_t size = (tree_.*member).size();
+      for (const WideTree& part : parts) size += (part.*member).size();
+      (tree_.*member).reserve(size);
+    };
+    make_room(&WideTree::nodes_), make_room(&WideTree::triangle_blocks_), make_room(&WideTree::sphere_blocks_);
+    make_room(&WideTree::leaves_), make_room(&WideTree::others_);
+  }
+
+  /// Moves a task's tree behind the others'; returns where its root came to be.
+  std::uint32_t append(WideTree&& part, std::uint32_t root) {
+    const std::size_t offset[4]{tree_.nodes_.size(), tree_.triangle_blocks_.size(), tree_.sphere_blocks_.size(),
+                                tree_.leaves_.size()};
+    const auto other_offset = static_cast<std::uint32_t>(tree_.others_.size());
+    const auto moved = [&](std::uint32_t reference) {
+      if (reference == WideTree::reference(WideTree::Sort::leaf, 0)) return reference;
+      const WideTree::Sort sort = WideTree::sort_of(reference);
+      return WideTree::reference(sort, WideTree::index_of(reference) + offset[static_cast<std::size_t>(sort)]);
+    };
+    for (WideTree::Node& node : part.nodes_) {
+      for (std::uint32_t& child : node.child) child = moved(child);
+    }
+    for (WideTree::Leaf& leaf : part.leaves_) {
+      leaf.triangle_begin += static_cast<std::uint32_t>(offset[1]),
+          leaf.triangle_end += static_cast<std::uint32_t>(offset[1]);
+      leaf.sphere_begin += static_cast<std::uint32_t>(offset[2]),
+          leaf.sphere_end += static_cast<std::uint32_t>(offset[2]);
+      leaf.other_begin += other_offset, leaf.other_end += other_offset;
+    }
+    const auto move_to = [](auto& to, auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+      from = {};
+    };
+    move_to(tree_.nodes_, part.nodes_), move_to(tree_.triangle_blocks_, part.triangle_blocks_);
+    move_to(tree_.sphere_blocks_, part.sphere_blocks_), move_to(tree_.leaves_, part.leaves_);
+    move_to(tree_.others_, part.others_);
+    return moved(root);
+  }
+
+  const TriangleSet& triangles_;
+  std::span<const OtherEntry> others_;
+  const ParallelFor& parallel_for_;
+  WideTree& tree_;
+  std::size_t task_size_ = static_cast<std::size_t>(chunk);
+  std::vector<Task> tasks_;
+};
+
+bool WideTree::can_hold(const math::Bounds& bounds) {
+  const double largest = math::max_component(bounds.extent());
+  return largest < 1e15 && (largest > 1e-15 || largest == 0);
+}
+
+WideTree::WideTree(const TriangleSet& triangles, std::span<const OtherEntry> others, const ParallelFor& parallel_for) {
+  for (const Vec3& p : triangles.positions) bounds_.include(p);
+  for (const OtherEntry& other : others) bounds_.include(other.box);
+  if (!bounds_.is_empty()) {
+    origin_ = bounds_.centre();
+    reach_ = math::max_component(math::max(math::abs(bounds_.lower - origin_), math::abs(bounds_.upper - origin_)));
+  }
+  WideBuilder(triangles, others, parallel_for, *this).build();
+}
+
+}  // namespace penumbra::accel
