@@ -422,7 +422,7 @@ unsigned overlap(const WideTree::TriangleBlock& block, const Shaft::BoxPlanes& p
   const Floats d;
   unsigned hits = 0;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
-    auto outside = hn::Ne(hn::Load(d, block.vertex[0][0] + lane), hn::Load(d, block.vertex[0][0] + lane));
+    auto outside = hn::IsNaN(hn::Load(d, block.vertex[0][0] + lane));
     for (int i = 0; i < planes.count; ++i) {
       const Shaft::BoxPlanes::Plane& plane = planes.plane[i];
       auto is_outside = hn::FirstN(d, WideTree::width);
