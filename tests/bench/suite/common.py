@@ -1,0 +1,41 @@
+"""What every part of the benchmark needs: folders, the programs, tables."""
+import json
+import os
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+BIN = Path(os.environ.get("PENUMBRA_BIN", ROOT / "build/release/bin"))
+RESULTS = ROOT / "build/bench"  # scenes, references, tables, plots
+
+
+def print_table(title, rows):
+    print(f"\n{title}")
+    widths = [max(len(str(row[i])) for row in rows) for i in range(len(rows[0]))]
+    for row in rows:
+        print("  " + "  ".join(str(cell).rjust(width) if i else str(cell).ljust(width)
+                               for i, (cell, width) in enumerate(zip(row, widths))))
+
+
+def build(*programs):
+    """Installs what is missing and builds the named programs; with PENUMBRA_BIN, takes them from there."""
+    if "PENUMBRA_BIN" in os.environ:
+        return
+    subprocess.run([ROOT / "docker/install-packages", "build", "bench"], check=True)
+    subprocess.run(["cmake", "--preset", "release", "-DPENUMBRA_BENCH=ON"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", "--preset", "release", "--target", *programs, "--", "--quiet"], cwd=ROOT, check=True)
+
+
+def run_program(program, *arguments):
+    subprocess.run([str(BIN / program), *map(str, arguments)], check=True)
+
+
+def save(name, figures):
+    """Keeps a part's figures as JSON for `report`."""
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    (RESULTS / f"{name}.json").write_text(json.dumps(figures, indent=1))
+
+
+def load(name):
+    path = RESULTS / f"{name}.json"
+    return json.loads(path.read_text()) if path.is_file() else None

@@ -1,0 +1,200 @@
+"""The scenes of the benchmark as POST bodies. Shapes are matte, so that every peer can express them; room-flat and the
+teapot come from clients/scenes/. sphereflake, tetra, mount and rings follow the descriptions of Eric Haines, "A Proposal
+for Standard Graphics Environments", IEEE CG&A 7(11), 1987."""
+import itertools
+import json
+import math
+import os
+import random
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[3]
+EDGE = 800  # pixels of every image
+
+
+def meshes_folder():
+    """Where stanford-bunny.obj is: PENUMBRA_MESHES, or the shared folder beside the repository."""
+    return Path(os.environ.get("PENUMBRA_MESHES", ROOT.parent / "shared/scenes/meshes"))
+
+
+def body(name, camera, objects, lights, ambient=0.1, background=0.0):
+    scene = {"name": name, "camera": camera, "background": background, "ambient": ambient, "objects": objects, "lights": lights}
+    return {"scene": scene, "options": {"width": EDGE, "height": EDGE, "transfer": "linear"}}
+
+
+def camera(position, look_at, fov, up=(0, 1, 0)):
+    return {"position": list(position), "look_at": list(look_at), "up": list(up), "vertical_fov": fov}
+
+
+def light(position, radius, intensity):
+    return {"type": "point", "position": list(position), "intensity": intensity, "radius": radius}
+
+
+def matte(*color):
+    return {"diffuse": list(color), "ambient": list(color)}
+
+
+def mesh(positions, triangles, material):
+    return {"type": "mesh", "positions": np.asarray(positions, float).ravel().tolist(),
+            "indices": np.asarray(triangles, int).ravel().tolist(), "material": material}
+
+
+def floor(height, half, material, up_axis=1):
+    """A square facing up, of two triangles."""
+    corners = [(-half, -half), (-half, half), (half, half), (half, -half)]
+    if up_axis == 2:
+        corners = [(y, x) for x, y in corners]
+    place = (lambda x, z: [x, height, z]) if up_axis == 1 else (lambda x, y: [x, y, height])
+    return mesh([place(*c) for c in corners], [[0, 1, 2], [0, 2, 3]], material)
+
+
+def on_disk(name, radius=None):
+    job = json.loads((ROOT / f"clients/scenes/{name}.json").read_text())
+    job["options"] = {"width": EDGE, "height": EDGE, "transfer": "linear"}
+    for each in job["scene"]["lights"]:
+        if radius is not None:
+            each["radius"] = radius
+    return job
+
+
+def bunny(lights):
+    positions, triangles = [], []
+    for line in (meshes_folder() / "stanford-bunny.obj").read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            positions.append([float(w) for w in words[1:4]])
+        elif words[:1] == ["f"]:
+            triangles.append([int(w.split("/")[0]) - 1 for w in words[1:4]])
+    positions = np.array(positions) * 10 - [-0.17, 0.33, 0]  # about 1.5 units tall, on the floor
+    around = [light((2.4 * math.cos(a), 2.6 + 0.3 * (i % 2), 2.4 * math.sin(a)), 0.25, 0.8 / lights)
+              for i, a in ((i, 0.9 + 2 * math.pi * i / lights) for i in range(lights))]
+    return body(f"bunny-{lights}", camera((0.6, 1.6, 3.6), (0, 0.65, 0), 36),
+                [mesh(positions, triangles, matte(0.8, 0.7, 0.6)), floor(0, 6, matte(0.7, 0.7, 0.75))], around)
+
+
+def sphereflake(depth=4):
+    """Every ball carries nine of a third of its size: six around its equator, three above."""
+    spheres = []
+    elevated = math.asin(math.sqrt(2 / 3))
+    directions = [(i * math.pi / 3, 0.0) for i in range(6)] + [(math.pi / 6 + i * 2 * math.pi / 3, elevated) for i in range(3)]
+
+    def grow(center, radius, axis, level):
+        spheres.append({"type": "sphere", "center": center.tolist(), "radius": radius, "material": "ball"})
+        if level == 0:
+            return
+        helper = np.eye(3)[np.argmin(np.abs(axis))]
+        u = np.cross(axis, helper)
+        u /= np.linalg.norm(u)
+        v = np.cross(axis, u)
+        for azimuth, elevation in directions:
+            out = math.cos(elevation) * (math.cos(azimuth) * u + math.sin(azimuth) * v) + math.sin(elevation) * axis
+            grow(center + out * (radius * 4 / 3), radius / 3, out, level - 1)
+
+    grow(np.zeros(3), 0.5, np.array([0.0, 0.0, 1.0]), depth)
+    lights = [light((4, 3, 2), 0.3, 0.45), light((1, -4, 4), 0.3, 0.45), light((-3, 1, 5), 0.3, 0.45)]
+    job = body("sphereflake", camera((2.1, 1.3, 1.7), (0, 0, 0), 45, (0, 0, 1)),
+               [*spheres, floor(-0.5, 12, matte(0.8, 0.7, 0.4), 2)], lights, background=[0.078, 0.361, 0.753])
+    job["scene"]["materials"] = {"ball": matte(0.7, 0.55, 0.4)}
+    return job
+
+
+def tetra(depth=6):
+    """Sierpinski's pyramid: 4^depth triangles."""
+    corners = np.array([[1, 1, 1], [-1, -1, 1], [1, -1, -1], [-1, 1, -1]], float)
+    tetrahedra = corners[None]
+    for _ in range(depth - 1):
+        tetrahedra = np.concatenate([(tetrahedra + tetrahedra[:, i:i + 1]) / 2 for i in range(4)])
+    faces = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    triangles = (4 * np.arange(len(tetrahedra))[:, None, None] + faces).reshape(-1, 3)
+    return body("tetra", camera((4.2, 1.9, 2.3), (0, -0.1, 0), 34),
+                [mesh(tetrahedra.reshape(-1, 3), triangles, matte(0.75, 0.5, 0.35)), floor(-1.02, 9, matte(0.6, 0.65, 0.7))],
+                [light((3.5, 5, 3), 0.4, 0.9)])
+
+
+def mount(depth=6):
+    """A fractal mountain of 2·4^depth triangles under four balls (opaque here: the image has no glass to differ in)."""
+    size = 2 ** depth
+    chance = random.Random(7)
+    height = np.zeros((size + 1, size + 1))
+    step, amplitude = size, 0.35
+    height[::size, ::size] = [[0.1, -0.1], [0.0, -0.05]]
+    while step > 1:
+        half = step // 2
+        for i, j in itertools.product(range(half, size, step), repeat=2):
+            height[i, j] = (height[i - half, j - half] + height[i + half, j - half] + height[i - half, j + half] +
+                            height[i + half, j + half]) / 4 + amplitude * chance.uniform(-1, 1)
+        for i in range(0, size + 1, half):
+            for j in range((i + half) % step, size + 1, step):
+                near = [height[a, b] for a, b in ((i - half, j), (i + half, j), (i, j - half), (i, j + half))
+                        if 0 <= a <= size and 0 <= b <= size]
+                height[i, j] = sum(near) / len(near) + amplitude * chance.uniform(-1, 1)
+        step, amplitude = half, amplitude * 0.52
+    place = np.linspace(-1, 1, size + 1)
+    positions = [[place[i], place[j], height[i, j]] for i in range(size + 1) for j in range(size + 1)]
+    triangles = []
+    for i, j in itertools.product(range(size), repeat=2):
+        a, b, c, d = (size + 1) * i + j, (size + 1) * (i + 1) + j, (size + 1) * (i + 1) + j + 1, (size + 1) * i + j + 1
+        triangles += [[a, b, c], [a, c, d]]
+    balls = [{"type": "sphere", "center": [x, y, 0.85], "radius": 0.22, "material": matte(*color)}
+             for x, y, color in ((0.4, 0.4, (0.8, 0.3, 0.3)), (-0.4, 0.4, (0.3, 0.8, 0.3)), (-0.4, -0.4, (0.3, 0.4, 0.8)),
+                                 (0.4, -0.4, (0.8, 0.8, 0.3)))]
+    return body("mount", camera((-1.6, 1.6, 1.7), (0, 0, 0.1), 45, (0, 0, 1)),
+                [mesh(positions, triangles, matte(0.7, 0.65, 0.5)), *balls], [light((-4, -3, 6), 0.5, 1)],
+                background=[0.078, 0.361, 0.753])
+
+
+def rings(layers=7):
+    """A pyramid of objects, each of six interlocked pentagons through the midpoints of a dodecahedron's edges: 30
+    cylinders and 30 balls."""
+    golden = (1 + math.sqrt(5)) / 2
+    axes = np.array([[0, golden, 1], [0, -golden, 1], [golden, 1, 0], [-golden, 1, 0], [1, 0, golden], [-1, 0, golden]])
+    midpoints = [np.array(p) for p in itertools.product(*[(-1, 1)] * 3)]
+    midpoints = [p * [1 / 2, golden / 2, golden ** 2 / 2] for p in midpoints]
+    midpoints = np.array([np.roll(p, i) for p in midpoints for i in range(3)] +
+                         [s * golden * np.eye(3)[i] for i in range(3) for s in (-1, 1)]) / golden
+    decagons = []
+    for axis in axes:
+        around = [k for k, p in enumerate(midpoints) if abs(axis @ p) < 1e-6]
+        u = midpoints[around[0]]
+        v = np.cross(axis / np.linalg.norm(axis), u)
+        decagons.append(sorted(around, key=lambda k: math.atan2(midpoints[k] @ v, midpoints[k] @ u)))
+    choice = next(c for c in itertools.product((0, 1), repeat=6)
+                  if len({k for ring, first in zip(decagons, c) for k in ring[first::2]}) == 30)
+    objects = []
+    for layer in range(layers):
+        for i, j in itertools.product(range(layer + 1), repeat=2):
+            center = np.array([2 * i - layer, 2 * j - layer, -2.0 * layer])
+            for ring, first in zip(decagons, choice):
+                pentagon = [center + 0.9 * midpoints[k] for k in ring[first::2]]
+                for a, b in zip(pentagon, pentagon[1:] + pentagon[:1]):
+                    objects.append({"type": "sphere", "center": a.tolist(), "radius": 0.1, "material": "ball"})
+                    objects.append({"type": "cylinder", "point": a.tolist(), "direction": (b - a).tolist(), "radius": 0.07,
+                                    "height": float(np.linalg.norm(b - a)), "material": "rod"})
+    job = body("rings", camera((-3, -4, 12), (0.4, 0.2, -7), 42),
+               [*objects, floor(-2.0 * layers + 1, 30, matte(0.7, 0.7, 0.75), 2)],
+               [light((-9, 6, 14), 0.8, 0.45), light((8, 9, 12), 0.8, 0.45), light((3, -12, 13), 0.8, 0.3)])
+    job["scene"]["materials"] = {"ball": matte(0.8, 0.65, 0.3), "rod": matte(0.5, 0.6, 0.75)}
+    return job
+
+
+SCENES = {
+    "room-flat": lambda: on_disk("room-flat"),
+    "teapot": lambda: on_disk("teapot", radius=8),
+    "bunny-1": lambda: bunny(1),
+    "bunny-8": lambda: bunny(8),
+    "sphereflake": sphereflake,
+    "tetra": tetra,
+    "mount": mount,
+    "rings": rings,
+}
+
+
+def write(name, folder):
+    """The file of the scene's POST body, written if it is not there yet."""
+    path = Path(folder) / f"{name}.json"
+    if not path.is_file():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(SCENES[name]()))
+    return path
