@@ -266,7 +266,7 @@ class Candidates::Search {
     search(
         world_.structure, shaft,
         [&](std::uint32_t index) {
-          return add_triangle(shaft, shaft, world_.triangles[index], {world_.triangle_items[index], 0}, nullptr);
+          return add_triangle(shaft, shaft, world_.triangles[index], OwnedTriangles(world_).surface(index), nullptr);
         },
         [&](std::uint32_t item) { return add_item(shaft, item); });
   }

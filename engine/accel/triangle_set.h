@@ -12,6 +12,7 @@ namespace penumbra::accel {
 struct TriangleSet {
   std::vector<math::Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> corners;
+  std::vector<math::Vec3> normals;  // by vertex: unit, for smooth shading, or zero; none at all if every face is flat
 
   std::size_t size() const { return corners.size(); }
   geometry::TriangleVertices operator[](std::uint32_t index) const {

@@ -245,14 +245,6 @@ HWY_INLINE bool walk_ray(const WideTree& tree, const FloatRay& ray, Visitor& vis
   }
 }
 
-/// The triangle of the tree that is `self`, if any.
-std::uint32_t self_triangle(const OwnedTriangles& triangles, const World& world, const SurfaceId& self) {
-  constexpr std::uint32_t none = 0xffffffff;
-  if (triangles.items == nullptr) return self.item == triangles.item ? self.part : none;
-  if (self.item >= world.items.size() || world.items[self.item].kind != Kind::triangle) return none;
-  return world.items[self.item].index;
-}
-
 /// Keeps triangles that may be nearest until the walk is over: then few are left to test in double precision.
 class ToNearest {
  public:
@@ -263,7 +255,7 @@ class ToNearest {
         ray_(ray),
         float_ray_(float_ray),
         self_(self),
-        self_triangle_(self_triangle(triangles, world, self)),
+        self_triangle_(triangles.index(self)),
         nearest_(nearest),
         limit_(float_ray.limit(nearest.limit)) {}
 
@@ -298,7 +290,7 @@ class ToNearest {
     for (std::size_t i = 0; i < count_; ++i) {
       if (waiting_[i].t_low > limit_) continue;
       const std::uint32_t triangle = waiting_[i].triangle;
-      const auto hit = intersect(triangles_.set[triangle], ray_, nearest_.limit);
+      const auto hit = intersect(triangles_[triangle], ray_, nearest_.limit);
       if (!hit) continue;
       nearest_.offer(hit->t, triangles_.surface(triangle), hit->b1, hit->b2);
       limit_ = std::min(limit_, float_ray_.limit(nearest_.limit));
@@ -333,7 +325,7 @@ class ToOpaque {
         ray_(ray),
         float_ray_(float_ray),
         self_(self),
-        self_triangle_(self_triangle(triangles, world, self)),
+        self_triangle_(triangles.index(self)),
         exact_limit_(limit),
         limit_(float_ray.limit(limit)),
         certain_limit_(rounded_down(limit - float_ray.t_start)),
@@ -349,9 +341,9 @@ class ToOpaque {
       const std::uint32_t triangle = block.triangle[lane];
       if (triangle == self_triangle_) continue;
       const bool is_certain = (met.certain >> lane & 1u) != 0 && met.t_high[lane] < certain_limit_;
-      if (!is_certain && !intersect(triangles_.set[triangle], ray_, exact_limit_)) continue;
-      const std::uint32_t item = triangles_.surface(triangle).item;
-      if (triangles_.items == nullptr ? triangles_.are_opaque : world_.items[item].is_opaque) return true;
+      if (!is_certain && !intersect(triangles_[triangle], ray_, exact_limit_)) continue;
+      const std::uint32_t item = triangles_.item(triangle);
+      if (world_.items[item].is_opaque) return true;
       crossed_.add(item);
     }
     return false;

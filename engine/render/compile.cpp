@@ -41,22 +41,40 @@ accel::Structure structure_over(const accel::TriangleSet& triangles, std::span<c
   return {std::make_shared<const accel::Tree>(acceleration, entries, grouping), nullptr};
 }
 
-accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, const CompileSettings& settings) {
-  accel::MeshShape shape;
-  shape.triangles = {mesh.positions, mesh.triangles};
-  shape.normals = mesh.normals;
-  const Affine back = math::inverse(transform);
+/// Whether a tree chooses its own boxes, whatever the objects are.
+bool has_own_tree(scene::Acceleration acceleration) {
+  return acceleration == scene::Acceleration::median || acceleration == scene::Acceleration::bvh;
+}
+
+/// Appends the mesh, transformed, to `triangles`.
+void append(const scene::Mesh& mesh, const Affine& transform, accel::TriangleSet& triangles) {
+  const std::size_t first = triangles.positions.size();
+  triangles.positions.insert(triangles.positions.end(), mesh.positions.begin(), mesh.positions.end());
   if (!(transform == Affine{})) {
-    for (Vec3& position : shape.triangles.positions) position = transform.point(position);
-    if (transform.determinant() < 0) {
-      for (auto& corner : shape.triangles.corners) std::swap(corner[1], corner[2]);
+    for (std::size_t i = first; i < triangles.positions.size(); ++i) {
+      triangles.positions[i] = transform.point(triangles.positions[i]);
     }
   }
-  for (Vec3& normal : shape.normals) normal = math::normalize(back.transposed_vector(normal));
+  const bool is_mirrored = transform.determinant() < 0;
+  triangles.corners.reserve(triangles.corners.size() + mesh.triangles.size());
+  for (std::array<std::uint32_t, 3> corner : mesh.triangles) {
+    if (is_mirrored) std::swap(corner[1], corner[2]);
+    for (std::uint32_t& index : corner) index += static_cast<std::uint32_t>(first);
+    triangles.corners.push_back(corner);
+  }
+  if (mesh.normals.empty() && triangles.normals.empty()) return;
+  triangles.normals.resize(first);
+  const Affine back = math::inverse(transform);
+  for (const Vec3& normal : mesh.normals) triangles.normals.push_back(math::normalize(back.transposed_vector(normal)));
+  triangles.normals.resize(triangles.positions.size());
+}
+
+accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, const CompileSettings& settings) {
+  accel::MeshShape shape;
+  append(mesh, transform, shape.triangles);
   for (std::uint32_t i = 0; i < shape.triangles.size(); ++i) shape.bounds.include(shape.triangles.bounds_of(i));
   // Inside a mesh there is nothing left to box or group by object.
-  const bool has_tree =
-      settings.acceleration == scene::Acceleration::median || settings.acceleration == scene::Acceleration::bvh;
+  const bool has_tree = has_own_tree(settings.acceleration);
   shape.structure = structure_over(shape.triangles, {}, has_tree ? settings.acceleration : scene::Acceleration::none,
                                    {}, settings.parallel_for);
   return shape;
@@ -72,6 +90,7 @@ class Compiler {
   void add_objects(shading::Scene& scene) {
     for (const scene::Material& material : description_.materials) materials_.push_back(compiled(material));
     accel::Grouping root = add_all(description_.objects, {});
+    if (!world_.triangles.normals.empty()) world_.triangles.normals.resize(world_.triangles.positions.size());
     build_tree(root);
     scene.world = std::move(world_);
     scene.materials = std::move(materials_);
@@ -114,8 +133,13 @@ class Compiler {
     const auto first = static_cast<std::uint32_t>(world_.triangles.positions.size());
     world_.triangles.positions.insert(world_.triangles.positions.end(), {a, b, c});
     world_.triangles.corners.push_back({first, first + 1, first + 2});
-    world_.triangle_items.push_back(static_cast<std::uint32_t>(world_.items.size()));
-    add_item(accel::Kind::triangle, world_.triangles.size() - 1);
+    add_patch(world_.triangles.size() - 1);
+  }
+
+  /// Of the triangles from `first` to the last one.
+  void add_patch(std::size_t first) {
+    world_.triangle_items.resize(world_.triangles.size(), static_cast<std::uint32_t>(world_.items.size()));
+    add_item(accel::Kind::patch, first);
   }
 
   void add(const scene::Triangle& triangle, const Affine& transform) {
@@ -143,6 +167,11 @@ class Compiler {
     add_item(accel::Kind::cylinder, world_.cylinders.size() - 1, place(transform));
   }
   void add(const scene::Mesh& mesh, const Affine& transform) {
+    if (has_own_tree(settings_.acceleration)) {
+      const std::size_t first = world_.triangles.size();
+      append(mesh, transform, world_.triangles);
+      return add_patch(first);
+    }
     world_.meshes.push_back(compiled(mesh, transform, settings_));
     add_item(accel::Kind::mesh, world_.meshes.size() - 1);
   }
@@ -156,7 +185,7 @@ class Compiler {
     std::vector<std::uint32_t> entry_of(world_.items.size(), accel::not_placed);
     for (std::uint32_t i = 0; i < world_.items.size(); ++i) {
       const accel::Item& item = world_.items[i];
-      if (item.kind == accel::Kind::triangle) {
+      if (item.kind == accel::Kind::patch) {
         entry_of[i] = item.index;
         continue;
       }

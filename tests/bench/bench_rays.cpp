@@ -181,8 +181,9 @@ nlohmann::json run(const Contest& contest, int threads, int runs) {
 
 nlohmann::json builds(const scene::Description& description, const FlatScene& flat, int threads, int runs) {
   std::vector<double> penumbra, embree;
+  render::Pool pool(threads);
   for (int i = 0; i < runs; ++i) {
-    penumbra.push_back(1e3 * timed([&] { compile_with(description, threads); }));
+    penumbra.push_back(1e3 * timed([&] { compile_with(description, pool); }));
     embree.push_back(1e3 * EmbreeScene(flat, {threads, false}).build_seconds());
   }
   std::printf("  build    %d  %7.2f %7.2f ms        %s\n", threads, median(penumbra), median(embree),
@@ -193,7 +194,8 @@ nlohmann::json builds(const scene::Description& description, const FlatScene& fl
 int bench(const std::string& path, int runs, const std::string& json_path) {
   const api::JobRequest job = load_job(path);
   const FlatScene flat = flatten(job.scene);
-  const render::Compiled compiled = compile_with(job.scene, 2);
+  render::Pool pool(2);
+  const render::Compiled compiled = compile_with(job.scene, pool);
   const accel::World& world = compiled.scene.world;
   const EmbreeScene embree(flat, {2, false}), robust(flat, {2, true});
   const RaySet primary = primary_rays(job.scene.camera);
