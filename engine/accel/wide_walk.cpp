@@ -38,56 +38,76 @@ struct Pending {
   float near;
 };
 
-/// A ray in single precision, relative to a tree's origin. Roundings in the box test go the way that makes a box
-/// larger.
+/// A ray in single precision, relative to a tree's origin.
 struct FloatRay {
-  // By axis: the planes met first and last, as rows of Node::bounds; the origin and reciprocal to use with each.
-  int near_row[3], far_row[3];
-  float near_origin[3], far_origin[3], near_inverse[3], far_inverse[3];
+  // For boxes, by axis: where in Node::bounds the planes met first and last are; the origin and reciprocal to use with
+  // each. Roundings go the way that makes a box larger.
+  std::size_t near_row[3], far_row[3];
+  HWY_ALIGN float near_origin[4], far_origin[4], near_inverse[4], far_inverse[4];
   // For triangles: the shear of geometry::PreparedRay, and the largest error of a sheared coordinate.
   int axis[3];
-  float origin[3], shear_x, shear_y, shear_z, error, t_error;
+  HWY_ALIGN float origin[4];
+  float shear_x, shear_y, shear_z, error, t_error;
   // For spheres: unit direction, and units of t in a unit of length.
   float direction[3], t_of_length;
   double t_start = 0;  // the origin is that far along the ray: near the tree, where single precision is fine enough
 
   FloatRay(const WideTree& tree, const geometry::PreparedRay& ray) {
     Vec3 from = ray.origin - tree.origin();
-    const double speed = math::length(ray.direction), distance = math::length(from);
-    if (distance > 8 * tree.reach() && speed > 0) {
-      t_start = std::max(0.0, (distance - 4 * tree.reach()) / speed);
-      from = from + ray.direction * t_start;
-      if (!math::is_finite(from)) t_start = 0, from = ray.origin - tree.origin();
+    double distance = math::max_component(math::abs(from));
+    if (distance > 8 * tree.reach()) {
+      start_near(tree, ray, from);
+      distance = math::max_component(math::abs(from));
     }
-    constexpr double slack = 8 * 0x1p-24;  // of the slab test's operations, and of the shapes' own tests
-    const double size = tree.reach() + math::max_component(math::abs(from));
-    for (int i = 0; i < 3; ++i) {
-      const bool backwards = std::signbit(ray.inverse[i]);
-      near_row[i] = backwards ? i + 3 : i;
-      far_row[i] = backwards ? i : i + 3;
-      origin[i] = static_cast<float>(from[i]);
-      const float rounding = std::fabs(origin[i]) * 0x1p-23F + std::numeric_limits<float>::min() +
-                             (t_start > 0 ? static_cast<float>(size * 0x1p-40) : 0);
-      const float below = origin[i] - rounding, above = origin[i] + rounding;
-      near_origin[i] = backwards ? below : above;
-      far_origin[i] = backwards ? above : below;
-      near_inverse[i] = static_cast<float>(ray.inverse[i] * (1 - slack));
-      far_inverse[i] = static_cast<float>(ray.inverse[i] * (1 + slack));
-      direction[i] = static_cast<float>(ray.direction[i] / speed);
+    // Vertex and origin are off by a rounding each, their difference by one more, the shear by three: at most 8 in all,
+    // of coordinates below reach + distance (|shear| ≤ 1).
+    error = static_cast<float>(8.5 * 0x1p-24 * (tree.reach() + distance));
+    // Of a start away from the ray's origin, by the double operations that moved it.
+    const float moved = t_start > 0 ? error * 0x1p-16F : 0;
+    constexpr float slack = 10 * roundoff;  // of the slab test's operations, and of the shapes' own tests
+    HWY_ALIGN const float inverse[4]{static_cast<float>(ray.inverse.x), static_cast<float>(ray.inverse.y),
+                                     static_cast<float>(ray.inverse.z), 0};
+    origin[0] = static_cast<float>(from.x), origin[1] = static_cast<float>(from.y);
+    origin[2] = static_cast<float>(from.z), origin[3] = 0;
+    const hn::CappedTag<float, 4> d;
+    for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
+      const auto o = hn::Load(d, origin + i), reciprocal = hn::Load(d, inverse + i);
+      const auto rounding = hn::MulAdd(hn::Abs(o), hn::Set(d, 2.5F * roundoff),
+                                       hn::Set(d, std::numeric_limits<float>::min() + moved));
+      const auto outward = hn::CopySign(rounding, reciprocal);
+      hn::Store(hn::Add(o, outward), d, near_origin + i);
+      hn::Store(hn::Sub(o, outward), d, far_origin + i);
+      hn::Store(hn::Mul(reciprocal, hn::Set(d, 1 - slack)), d, near_inverse + i);
+      hn::Store(hn::Mul(reciprocal, hn::Set(d, 1 + slack)), d, far_inverse + i);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t backwards = (std::bit_cast<std::uint32_t>(inverse[i]) >> 31) * 3 * WideTree::width;
+      near_row[i] = i * WideTree::width + backwards;
+      far_row[i] = (i + 3) * WideTree::width - backwards;
     }
     axis[0] = ray.axis_x, axis[1] = ray.axis_y, axis[2] = ray.axis_z;
     shear_x = static_cast<float>(ray.shear_x), shear_y = static_cast<float>(ray.shear_y);
     shear_z = static_cast<float>(ray.shear_z);
-    // Vertex and origin are off by a rounding each, their difference by one more, the shear by three: at most 8 in all,
-    // of coordinates below `size` (|shear| ≤ 1).
-    error = static_cast<float>(8.5 * 0x1p-24 * size);
     // A plane towards which the ray does not move in single precision decides nothing.
     if (!std::isfinite(shear_z)) shear_z = std::numeric_limits<float>::quiet_NaN();
     t_error = error * std::fabs(shear_z);
-    t_of_length = static_cast<float>(1 / speed);
+    if (tree.sphere_blocks().empty()) return;
+    const double inverse_speed = 1 / math::length(ray.direction);
+    t_of_length = static_cast<float>(inverse_speed);
+    for (int i = 0; i < 3; ++i) direction[i] = static_cast<float>(ray.direction[i] * inverse_speed);
   }
 
   float limit(double t) const { return rounded_up(t - t_start); }
+
+ private:
+  void start_near(const WideTree& tree, const geometry::PreparedRay& ray, Vec3& from) {
+    const double speed = math::length(ray.direction);
+    const double t = (math::length(from) - 4 * tree.reach()) / speed;
+    const Vec3 moved = from + ray.direction * t;
+    if (!(t > 0) || !math::is_finite(moved)) return;
+    t_start = t;
+    from = moved;
+  }
 };
 
 /// Which children the ray enters before `limit`, one bit each, and where.
@@ -95,18 +115,19 @@ HWY_INLINE unsigned enter(const WideTree::Node& node, const FloatRay& ray, float
   const Floats d;
   unsigned hits = 0;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
-    auto near = hn::Zero(d), far = hn::Set(d, limit);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto t0 =
-          hn::Mul(hn::Sub(hn::Load(d, node.bounds[ray.near_row[axis]] + lane), hn::Set(d, ray.near_origin[axis])),
-                  hn::Set(d, ray.near_inverse[axis]));
-      const auto t1 =
-          hn::Mul(hn::Sub(hn::Load(d, node.bounds[ray.far_row[axis]] + lane), hn::Set(d, ray.far_origin[axis])),
-                  hn::Set(d, ray.far_inverse[axis]));
-      // Comparisons with NaN (a ray in the plane of a face) are false and keep the running value.
-      near = hn::IfThenElse(hn::Gt(t0, near), t0, near);
-      far = hn::IfThenElse(hn::Lt(t1, far), t1, far);
-    }
+    const float* planes = &node.bounds[0][0] + lane;
+    const auto at = [&](std::size_t row, float origin, float inverse) HWY_ATTR {
+      return hn::Mul(hn::Sub(hn::Load(d, planes + row), hn::Set(d, origin)), hn::Set(d, inverse));
+    };
+    const auto near_at = [&](int axis) HWY_ATTR {
+      return at(ray.near_row[axis], ray.near_origin[axis], ray.near_inverse[axis]);
+    };
+    const auto far_at = [&](int axis) HWY_ATTR {
+      return at(ray.far_row[axis], ray.far_origin[axis], ray.far_inverse[axis]);
+    };
+    // No plane contains the origin as rounded, so there is no 0·∞.
+    const auto near = hn::Max(hn::Max(near_at(0), near_at(1)), hn::Max(near_at(2), hn::Zero(d)));
+    const auto far = hn::Min(hn::Min(far_at(0), far_at(1)), hn::Min(far_at(2), hn::Set(d, limit)));
     hn::Store(near, d, near_out + lane);
     hits |= bits(d, hn::Le(near, far)) << lane;
   }
@@ -268,8 +289,9 @@ class ToNearest {
       const auto lane = static_cast<std::size_t>(std::countr_zero(hits));
       if (block.triangle[lane] == self_triangle_) continue;
       if (count_ == capacity) decide();
-      waiting_[count_++] = {block.triangle[lane], met.t_low[lane]};
-      if ((met.certain >> lane & 1u) != 0) limit_ = std::min(limit_, met.t_high[lane]);
+      const bool is_certain = (met.certain >> lane & 1u) != 0;
+      waiting_[count_++] = {block.triangle[lane], met.t_low[lane], is_certain};
+      if (is_certain) limit_ = std::min(limit_, met.t_high[lane]);
     }
     return false;
   }
@@ -290,8 +312,10 @@ class ToNearest {
     for (std::size_t i = 0; i < count_; ++i) {
       if (waiting_[i].t_low > limit_) continue;
       const std::uint32_t triangle = waiting_[i].triangle;
-      const auto hit = intersect(triangles_[triangle], ray_, nearest_.limit);
-      if (!hit) continue;
+      const std::optional<geometry::TriangleHit> hit =
+          waiting_[i].is_certain ? intersect_certainly(triangles_[triangle], ray_)
+                                 : intersect(triangles_[triangle], ray_, nearest_.limit);
+      if (!hit || !(hit->t < nearest_.limit)) continue;
       nearest_.offer(hit->t, triangles_.surface(triangle), hit->b1, hit->b2);
       limit_ = std::min(limit_, float_ray_.limit(nearest_.limit));
     }
@@ -303,6 +327,7 @@ class ToNearest {
   struct Waiting {
     std::uint32_t triangle;
     float t_low;
+    bool is_certain;
   };
   const OwnedTriangles& triangles_;
   const World& world_;
