@@ -6,11 +6,20 @@
 #include <numeric>
 
 #include "tests/accuracy/estimate_scenes.h"
+#include "tests/accuracy/oracle.h"
 #include "tests/support/picture.h"
+#include "tests/support/scenes.h"
 
 using namespace penumbra;
 
 namespace {
+
+void make_soft(scene::Description& scene, double radius) {
+  for (scene::Light& light : scene.lights) {
+    if (auto* point = std::get_if<scene::PointLight>(&light)) point->radius = radius;
+    if (auto* spot = std::get_if<scene::SpotLight>(&light)) spot->radius = radius;
+  }
+}
 
 /// Two pictures of many samples, by other seeds; their mean is the reference, their difference tells its noise.
 struct Reference {
@@ -87,5 +96,40 @@ TEST_CASE("with a target out of reach the picture is as good as the caps allow")
     named.job.options.target_error = 1e-9;
     INFO(named.name);
     CHECK(test::rmse(test::render(named.job).film.rgb, reference.mean) <= 1.05 * capped);
+  }
+}
+
+TEST_CASE("the estimated error is within a factor of two of the distance from brute force") {
+  constexpr int size = 32;
+  for (const auto& [name, radius] : {std::pair{"room-flat", 0.0},
+                                     {"shadow-triangles-sphere", 10},
+                                     {"shadow-sphere-triangle", 20},
+                                     {"transmission-two-spheres", 20}}) {
+    api::JobRequest job = test::example(name);
+    if (radius > 0) make_soft(job.scene, radius);
+    job.options.width = job.options.height = size;
+    job.options.shadow_samples = 4;
+    const render::Picture picture = test::render(job);
+    // Two halves, whose difference is twice the noise of their mean.
+    test::Oracle first(job.scene, job.options, 512, 1), second(job.scene, job.options, 512, 2);
+    double squares = 0, noise = 0;
+    for (int row = 0; row < size; ++row) {
+      for (int column = 0; column < size; ++column) {
+        const auto a = first.pixel(column, row), b = second.pixel(column, row);
+        for (std::size_t c = 0; c < 3; ++c) {
+          const double x = std::clamp(a[c], 0.0, 1.0), y = std::clamp(b[c], 0.0, 1.0);
+          const double d =
+              std::clamp<double>(picture.film.rgb[picture.film.offset(column, row) + c], 0, 1) - (x + y) / 2;
+          squares += d * d, noise += (x - y) * (x - y) / 4;
+        }
+      }
+    }
+    const double channels = 3.0 * size * size, error = std::sqrt((squares - noise) / channels);
+    const double estimate = picture.stats.estimated_error;
+    MESSAGE(fmt::format("{}: RMSE {:.2e}, the oracle's {:.0e}, estimated {:.2e}", name, error,
+                        std::sqrt(noise / channels), estimate));
+    CHECK(noise < 0.2 * squares);
+    CHECK(error >= 0.5 * estimate);
+    CHECK(error <= 2 * estimate);
   }
 }
