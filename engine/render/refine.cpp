@@ -11,7 +11,7 @@ using math::Color;
 
 constexpr std::size_t first_refinement = 8;  // samples before the first look at the error
 constexpr int pixels_per_lens_check = 8;
-constexpr std::uint64_t pixel_place = 1, lens_place = 2, first_sample_place = 16;
+constexpr std::uint64_t pixel_place = 1, lens_place = 2, block_place = 3, first_sample_place = 16;
 
 /// Clamped to display range, as the error is measured: a channel surely above 1 has none.
 double squared_error(const Color& value, const Color& variance) {
@@ -30,7 +30,8 @@ std::vector<Pass> plan_passes(const scene::Options& options) {
     return Pass{stride, samples_per_pixel, shadow_samples, static_cast<std::uint64_t>(work) + 1'000'000};
   };
   if (!options.time_budget_s) return {pass(1, options.samples_per_pixel, options.shadow_samples)};
-  std::vector<Pass> passes{pass(8, 1, 1), pass(1, 1, 1)};
+  // Two camera rays of a pixel that asks for several tell how far they are off; one, at its centre, would not.
+  std::vector<Pass> passes{pass(8, 1, 1), pass(1, std::min(2, options.samples_per_pixel), 1)};
   while (passes.back().samples_per_pixel < options.samples_per_pixel ||
          passes.back().shadow_samples < options.shadow_samples) {
     const Pass& last = passes.back();
@@ -45,6 +46,7 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
     : scene_(scene),
       camera_(camera),
       options_(options),
+      stride_(pass.stride),
       samples_per_pixel_(pass.samples_per_pixel),
       use_candidates_(use_candidates) {
   if (options.target_error) {
@@ -58,13 +60,33 @@ shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_sto
 }
 
 PixelSampler::Pixel PixelSampler::sample(int column, int row, shading::Integrator& integrator) const {
+  Pixel pixel = sample_one(column, row, integrator);
+  if (stride_ > 1) {
+    // It stands for its whole block: another pixel of the block shows what that costs.
+    const sampling::Key place = pixel_key(column, row).at(block_place);
+    const auto away = [&](int axis) { return static_cast<int>(place.uniform(axis) * stride_) - stride_ / 2; };
+    const Color other = sample_one(column + away(0), row + away(1), integrator).color;
+    const auto squared = [](double a, double b) {
+      const double difference = std::clamp(a, 0.0, 1.0) - std::clamp(b, 0.0, 1.0);
+      return difference * difference;
+    };
+    pixel.squared_error =
+        squared(pixel.color.r, other.r) + squared(pixel.color.g, other.g) + squared(pixel.color.b, other.b);
+  }
+  return pixel;
+}
+
+PixelSampler::Pixel PixelSampler::sample_one(int column, int row, shading::Integrator& integrator) const {
   return samples_per_pixel_ > 1 ? with_camera_samples(column, row, integrator)
                                 : with_one_camera_ray(column, row, integrator);
 }
 
+sampling::Key PixelSampler::pixel_key(int column, int row) const {
+  return sampling::Key(options_.seed).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
+}
+
 PixelSampler::Pixel PixelSampler::with_one_camera_ray(int column, int row, shading::Integrator& integrator) const {
-  const sampling::Key key =
-      sampling::Key(options_.seed).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
+  const sampling::Key key = pixel_key(column, row);
   const auto trace = [&](std::uint32_t index, const shading::DiscSampling& sampling) {
     const sampling::Point2 lens =
         camera_.has_lens() ? square_to_disc(sampling::sobol_owen(index, key.at(lens_place))) : sampling::Point2{0, 0};
@@ -89,8 +111,7 @@ PixelSampler::Pixel PixelSampler::with_one_camera_ray(int column, int row, shadi
 }
 
 PixelSampler::Pixel PixelSampler::with_camera_samples(int column, int row, shading::Integrator& integrator) const {
-  const sampling::Key key =
-      sampling::Key(options_.seed).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
+  const sampling::Key key = pixel_key(column, row);
   for (const shading::DiscSampling& sampling : samplings_) {
     const Attempt result = attempt(key, column, row, sampling, integrator);
     // More shadow samples help where it is the lights that are noisy.
@@ -104,13 +125,13 @@ PixelSampler::Pixel PixelSampler::with_camera_samples(int column, int row, shadi
 PixelSampler::Attempt PixelSampler::attempt(const sampling::Key& key, int column, int row,
                                             const shading::DiscSampling& sampling,
                                             shading::Integrator& integrator) const {
-  const sampling::Key pixel_key = key.at(pixel_place), lens_key = key.at(lens_place);
+  const sampling::Key place_key = key.at(pixel_place), lens_key = key.at(lens_place);
   std::vector<Color> values;
   values.reserve(static_cast<std::size_t>(samples_per_pixel_));
   Color sum, squares, light_variance;
   while (true) {
     const auto index = static_cast<std::uint32_t>(values.size());
-    const sampling::Point2 offset = sampling::sobol_owen(index, pixel_key);
+    const sampling::Point2 offset = sampling::sobol_owen(index, place_key);
     const sampling::Point2 lens =
         camera_.has_lens() ? square_to_disc(sampling::sobol_owen(index, lens_key)) : sampling::Point2{0, 0};
     const geometry::Ray ray = camera_.ray(column + offset.x, row + offset.y, lens);
