@@ -195,15 +195,15 @@ DiscCover cover_below_horizon(const Vec3& facing, const DiscView& view) {
   return cover;
 }
 
-Color mean_transmittance(std::span<const DiscCover> covers, const DiscView& view, const sampling::DiscChords& chords,
-                         double turn, double shift) {
+sampling::Halves mean_transmittance(std::span<const DiscCover> covers, const DiscView& view,
+                                    const sampling::DiscChords& chords, double turn, double shift) {
   constexpr std::size_t capacity = 64;
   const ChordFrame frame = frame_for(covers, turn);
   std::vector<ChordCover> on_chords;
   on_chords.reserve(covers.size());
   for (const DiscCover& cover : covers) on_chords.emplace_back(cover, frame, view);
   const sampling::DiscChords::Shift shifted = chords.shifted(shift);
-  Color sum;
+  sampling::Halves lit;
   for (int k = 0; k < chords.count(); ++k) {
     const sampling::DiscChords::Chord chord = chords.chord(k, shifted);
     if (!(chord.half_length > 0)) continue;
@@ -220,10 +220,10 @@ Color mean_transmittance(std::span<const DiscCover> covers, const DiscView& view
       for (; place > 0 && opaque[place - 1].begin > hidden.begin; --place) opaque[place] = opaque[place - 1];
       opaque[place] = hidden;
     }
-    const Color lit = integral({opaque.data(), opaque_count}, {clear.data(), clear_count}, chord.half_length);
-    sum += lit * (chord.weight / (2 * chord.half_length));
+    const Color open = integral({opaque.data(), opaque_count}, {clear.data(), clear_count}, chord.half_length);
+    lit.add(k % 2 == 1, open * (1 / (2 * chord.half_length)), chord.weight);
   }
-  return sum;
+  return lit;
 }
 
 }  // namespace penumbra::shading

@@ -6,6 +6,7 @@
 #include "engine/geometry/quadrics.h"
 #include "engine/geometry/triangle.h"
 #include "engine/math/color.h"
+#include "engine/sampling/halves.h"
 #include "engine/sampling/patterns.h"
 
 namespace penumbra::shading {
@@ -47,10 +48,10 @@ DiscCover cover_of(const geometry::PlaneShape& plane, const DiscView& view);
 /// The far side of the surface with normal `facing` at the point.
 DiscCover cover_below_horizon(const Vec3& facing, const DiscView& view);
 
-/// The mean transmittance of a disc behind these covers, integrated exactly along each chord. `turn` ∈ [0, 1) turns the
-/// chords where no edge suggests a direction, `shift` ∈ [0, 1) displaces them. After Billen, Dutré, "Line Sampling for
-/// Direct Illumination", EGSR 2016, with chords that cross the covers' edges.
-Color mean_transmittance(std::span<const DiscCover> covers, const DiscView& view, const sampling::DiscChords& chords,
-                         double turn, double shift);
+/// The mean transmittance of a disc, from even and odd chords, behind these covers, integrated exactly along each
+/// chord. `turn` ∈ [0, 1) turns the chords where no edge suggests a direction, `shift` ∈ [0, 1) displaces them. After
+/// Billen, Dutré, "Line Sampling for Direct Illumination", EGSR 2016, with chords that cross the covers' edges.
+sampling::Halves mean_transmittance(std::span<const DiscCover> covers, const DiscView& view,
+                                    const sampling::DiscChords& chords, double turn, double shift);
 
 }  // namespace penumbra::shading

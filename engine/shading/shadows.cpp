@@ -10,10 +10,17 @@ namespace {
 
 using math::dot;
 
-/// `constant`·s(1 − s)·N^−`order`, where s is the share that gets through.
-Visibility with_variance(const Color& mean, double constant, double count_to_the_order) {
-  const auto variance = [&](double s) { return constant * std::max(0.0, s * (1 - s)) / count_to_the_order; };
-  return {mean, {variance(mean.r), variance(mean.g), variance(mean.b)}};
+/// Modelled as `constant`·s(1 − s) / `count_to_the_power`, where s is the share that gets through. That `count` samples
+/// agree does not mean that all would: s is as far from 0 and 1 as half a sample more would put it.
+Visibility with_variance(const sampling::Halves& halves, sampling::Halves::Order order, double constant, double count,
+                         double count_to_the_power) {
+  const Color mean = halves.mean();
+  const double least = 0.5 / (count + 1);
+  const auto variance = [&](double share) {
+    const double s = std::clamp(share, least, 1 - least);
+    return constant * s * (1 - s) / count_to_the_power;
+  };
+  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}};
 }
 
 }  // namespace
@@ -83,7 +90,7 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
   const Verdict verdict = classify(at, {axis - u - v, axis + u - v, axis + u + v, axis - u + v}, limit == HUGE_VAL);
   if (verdict == Verdict::dark) {
     counters_.shadow_rays_dark += count;
-    return {math::black, math::black};
+    return {math::black, {}};
   }
   if (verdict == Verdict::lit && is_above_horizon) {
     counters_.shadow_rays_lit += count;
@@ -96,19 +103,20 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
     if (find_covers(at, view, !is_above_horizon)) {
       counters_.shadow_rays_covered += count;
       const double chords = sampling.chords.count();
-      const Color mean =
+      const auto halves =
           mean_transmittance({covers_.data(), covers_.size()}, view, sampling.chords, key.uniform(0), key.uniform(1));
-      return with_variance(mean, chord_variance, chords * chords * chords);
+      return with_variance(halves, sampling::Halves::chords(sampling.chords.count()), chord_variance, chords,
+                           chords * chords * chords);
     }
   }
   const sampling::DiscSpiral::Turn turn = sampling::DiscSpiral::turn(key);
-  Color sum;
+  sampling::Halves halves;  // every second point of the spiral makes a spiral again
   for (int i = 0; i < sampling.spiral.count(); ++i) {
     const auto [x, y] = sampling.spiral.point(i, turn);
-    sum += transmittance_of_sample(verdict, at, axis + u * x + v * y, limit);
+    halves.add(i % 2 == 1, transmittance_of_sample(verdict, at, axis + u * x + v * y, limit));
   }
   const double n = sampling.spiral.count();
-  return with_variance(sum * (1 / n), spread_variance, n * std::sqrt(n));
+  return with_variance(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
 }
 
 bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {

@@ -23,7 +23,7 @@ double mean(const std::vector<DiscCover>& covers, int chords, std::mt19937_64& r
   std::uniform_real_distribution<double> uniform;
   double sum = 0;
   for (int i = 0; i < repeats; ++i) {
-    sum += mean_transmittance(covers, unit_view(), pattern, uniform(random), uniform(random)).r;
+    sum += mean_transmittance(covers, unit_view(), pattern, uniform(random), uniform(random)).mean().r;
   }
   return sum / repeats;
 }
