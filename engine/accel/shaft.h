@@ -34,7 +34,7 @@ class Shaft {
       int nearest_row[3];
     };
     Plane plane[6];
-    int count;
+    int count, far;  // far: which is the far plane, or −1
     float lower[3], upper[3];
   };
   BoxPlanes box_planes(const Vec3& origin) const;
@@ -58,37 +58,6 @@ class Shaft {
   std::array<Side, 6> sides_;
   int side_count_;
   math::Bounds bounds_;
-};
-
-/// Something that may cross the shaft.
-struct Candidate {
-  SurfaceId surface;
-  bool is_opaque = true;
-  bool is_triangle = false;
-  geometry::TriangleVertices triangle;  // in world space; only if is_triangle
-};
-
-/// The surfaces that may cross a shaft; made to be gathered again and again without allocating. Not to be shared.
-class Candidates {
- public:
-  static constexpr int capacity = 48;
-
-  /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross. `self` is what the apex
-  /// lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every segment leaves it on its
-  /// outer side, it cannot meet a convex shape again.
-  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self);
-
-  std::span<const Candidate> list() const { return {list_.data(), static_cast<std::size_t>(count_)}; }
-  /// More than `capacity` may cross the shaft: the list is of no use.
-  bool has_overflowed() const { return has_overflowed_; }
-  /// One opaque surface crosses every segment of the shaft.
-  bool is_dark() const { return is_dark_; }
-
- private:
-  class Search;
-  std::array<Candidate, capacity> list_;
-  int count_ = 0;
-  bool has_overflowed_ = false, is_dark_ = false;
 };
 
 }  // namespace penumbra::accel

@@ -67,15 +67,19 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
                     const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed);
 
 class Shaft;
+class NormalCones;
 
 class ShaftVisitor {
  public:
   virtual ~ShaftVisitor() = default;
   virtual bool triangle(std::uint32_t triangle) = 0;
   virtual bool other(std::uint32_t item) = 0;
+  /// Triangles were left out that face the apex alike, as do all their neighbours.
+  virtual void without_silhouette() = 0;
 };
 
-/// Visits everything that the shaft may meet; true if the visitor ended it.
-bool walk(const WideTree& tree, const Shaft& shaft, ShaftVisitor& visitor);
+/// Visits everything that the shaft may meet; true if the visitor ended it. With `cones`, triangles whose edges are
+/// surely no silhouettes seen from the shaft's apex are left out, if they end before its far plane.
+bool walk(const WideTree& tree, const NormalCones* cones, const Shaft& shaft, ShaftVisitor& visitor);
 
 }  // namespace penumbra::accel

@@ -14,6 +14,7 @@ namespace penumbra::accel {
 using geometry::SurfaceId;
 using math::Vec3;
 
+class NormalCones;
 class Tree;
 class WideTree;
 
@@ -22,6 +23,7 @@ class WideTree;
 struct Structure {
   std::shared_ptr<const Tree> plain;
   std::shared_ptr<const WideTree> wide;
+  std::shared_ptr<const NormalCones> cones;  // of the wide one, where silhouettes are asked for
 };
 
 /// A triangle mesh in its own space, with the structure that finds its triangles; may be shared by many items.

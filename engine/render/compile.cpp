@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/accel/neighbours.h"
+#include "engine/accel/normal_cones.h"
 #include "engine/accel/tree.h"
 #include "engine/accel/wide_tree.h"
 #include "engine/geometry/polygon.h"
@@ -32,13 +34,32 @@ math::Bounds bounds_of(const accel::TriangleSet& triangles, std::span<const acce
 accel::Structure structure_over(const accel::TriangleSet& triangles, std::span<const accel::OtherEntry> others,
                                 scene::Acceleration acceleration, const accel::Grouping& grouping,
                                 const accel::ParallelFor& parallel_for) {
-  if (acceleration == scene::Acceleration::bvh && accel::WideTree::can_hold(bounds_of(triangles, others)))
-    return {nullptr, std::make_shared<const accel::WideTree>(triangles, others, parallel_for)};
+  if (acceleration == scene::Acceleration::bvh && accel::WideTree::can_hold(bounds_of(triangles, others))) {
+    const auto tree = std::make_shared<const accel::WideTree>(triangles, others, parallel_for);
+    if (triangles.neighbours.empty()) return {nullptr, tree, nullptr};
+    return {nullptr, tree, std::make_shared<const accel::NormalCones>(*tree, triangles)};
+  }
   std::vector<accel::TreeEntry> entries;
   entries.reserve(triangles.size() + others.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i) entries.push_back({triangles.bounds_of(i), i, true});
   for (const accel::OtherEntry& other : others) entries.push_back({other.box, other.item, false});
-  return {std::make_shared<const accel::Tree>(acceleration, entries, grouping), nullptr};
+  return {std::make_shared<const accel::Tree>(acceleration, entries, grouping), nullptr, nullptr};
+}
+
+/// Whether it casts the shadow of a disc.
+bool is_soft(const scene::Light& light) {
+  return std::visit(
+      [](const auto& l) {
+        using Type = std::remove_cvref_t<decltype(l)>;
+        if constexpr (std::is_same_v<Type, scene::PointLight> || std::is_same_v<Type, scene::SpotLight>) {
+          return l.radius > 0;
+        } else if constexpr (std::is_same_v<Type, scene::DirectionalLight>) {
+          return l.angular_radius_degrees > 0;
+        } else {
+          return false;
+        }
+      },
+      light);
 }
 
 /// Whether a tree chooses its own boxes, whatever the objects are.
@@ -69,10 +90,12 @@ void append(const scene::Mesh& mesh, const Affine& transform, accel::TriangleSet
   triangles.normals.resize(triangles.positions.size());
 }
 
-accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, const CompileSettings& settings) {
+accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, bool has_soft_lights,
+                          const CompileSettings& settings) {
   accel::MeshShape shape;
   append(mesh, transform, shape.triangles);
   for (std::uint32_t i = 0; i < shape.triangles.size(); ++i) shape.bounds.include(shape.triangles.bounds_of(i));
+  if (has_soft_lights) link_neighbours(shape.triangles, std::vector<std::uint32_t>(shape.triangles.size()));
   // Inside a mesh there is nothing left to box or group by object.
   const bool has_tree = has_own_tree(settings.acceleration);
   shape.structure = structure_over(shape.triangles, {}, has_tree ? settings.acceleration : scene::Acceleration::none,
@@ -83,8 +106,11 @@ accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, cons
 class Compiler {
  public:
   Compiler(const scene::Description& description, const CompileSettings& settings)
-      : description_(description), settings_(settings) {
-    for (const scene::Mesh& mesh : description.meshes) world_.meshes.push_back(compiled(mesh, {}, settings));
+      : description_(description),
+        settings_(settings),
+        has_soft_lights_(std::ranges::any_of(description.lights, is_soft)) {
+    for (const scene::Mesh& mesh : description.meshes)
+      world_.meshes.push_back(compiled(mesh, {}, has_soft_lights_, settings));
   }
 
   void add_objects(shading::Scene& scene) {
@@ -172,7 +198,7 @@ class Compiler {
       append(mesh, transform, world_.triangles);
       return add_patch(first);
     }
-    world_.meshes.push_back(compiled(mesh, transform, settings_));
+    world_.meshes.push_back(compiled(mesh, transform, has_soft_lights_, settings_));
     add_item(accel::Kind::mesh, world_.meshes.size() - 1);
   }
   void add(const scene::Instance& instance, const Affine& transform) {
@@ -199,7 +225,25 @@ class Compiler {
       }
     }
     if (settings_.acceleration == scene::Acceleration::groups) renumber(root, entry_of);
+    if (has_soft_lights_) link_neighbours(world_.triangles, silhouette_groups());
     world_.structure = structure_over(world_.triangles, others, settings_.acceleration, root, settings_.parallel_for);
+  }
+
+  /// Triangles that may share a silhouette: those of one opaque mesh, and all opaque ones that are objects of their own.
+  std::vector<std::uint32_t> silhouette_groups() const {
+    std::vector<std::uint32_t> groups(world_.triangles.size(), accel::no_group);
+    constexpr std::uint32_t loose = accel::no_group - 1;
+    for (std::size_t begin = 0; begin < groups.size();) {
+      std::size_t end = begin + 1;
+      const std::uint32_t patch = world_.triangle_items[begin];
+      while (end < groups.size() && world_.triangle_items[end] == patch) ++end;
+      if (world_.items[patch].is_opaque) {
+        std::fill(groups.begin() + static_cast<std::ptrdiff_t>(begin), groups.begin() + static_cast<std::ptrdiff_t>(end),
+                  end - begin == 1 ? loose : patch);
+      }
+      begin = end;
+    }
+    return groups;
   }
 
   static void renumber(accel::Grouping& grouping, const std::vector<std::uint32_t>& entry_of) {
@@ -213,6 +257,7 @@ class Compiler {
 
   const scene::Description& description_;
   const CompileSettings& settings_;
+  bool has_soft_lights_;
   accel::World world_;
   std::vector<shading::CompiledMaterial> materials_;
   std::vector<std::uint32_t> item_material_;

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "engine/accel/queries.h"
-#include "engine/accel/shaft.h"
+#include "engine/accel/candidates.h"
 #include "engine/geometry/surface.h"
 #include "engine/sampling/patterns.h"
+#include "engine/shading/chord_sweep.h"
 #include "engine/shading/counters.h"
 #include "engine/shading/disc_cover.h"
 #include "engine/shading/scene.h"
@@ -77,6 +78,8 @@ class Shadows {
  private:
   Color through_items(const std::vector<std::uint32_t>& items) const;
   Color own_surface(const ShadingPoint& at) const { return at.material->transmission; }
+  /// Finds what may hide some of the disc.
+  void gather(const ShadingPoint& at, const DiscView& view);
   /// Fills covers_ from the candidates; false when one of them has no simple cover.
   bool find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon);
 
@@ -86,6 +89,7 @@ class Shadows {
   accel::Crossed crossed_;
   accel::Candidates candidates_;
   std::vector<DiscCover> covers_;
+  ChordSweep sweep_;
 };
 
 }  // namespace penumbra::shading
