@@ -108,18 +108,24 @@ class Candidates::Search {
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t other = triangles.neighbours[index][e];
       // The first of two neighbours speaks for their edge.
-      if (other < index) continue;
+      const Vec3 &from = v[e], &to = v[(e + 1) % 3];
+      if (other < index || is_beside_square(from, to)) continue;
       int left = 0, right = 0;
       if (!is_self) ++(lies_left ? left : right);
       if (other != TriangleSet::no_neighbour && owned.surface(other) != self_)
         ++(is_counter_clockwise(projected(other)) ? right : left);
       if (left == right) continue;
-      const Vec3 &from = v[e], &to = v[(e + 1) % 3];
       if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
       if (found_.silhouette_.size() == silhouette_capacity) return found_.is_incomplete_ = true;
-      found_.silhouette_.push_back({from, to, right - left, id, static_cast<int>(e)});
+      found_.silhouette_.push_back({from, to, right - left, {id, static_cast<std::uint32_t>(e)}});
     }
     return false;
+  }
+
+  /// Whether the edge lies on the outer side of a line through the square |x|, |y| ≤ 1 (of homogeneous coordinates).
+  static bool is_beside_square(const Vec3& a, const Vec3& b) {
+    return (a.x > a.z && b.x > b.z) || (-a.x > a.z && -b.x > b.z) || (a.y > a.z && b.y > b.z) ||
+           (-a.y > a.z && -b.y > b.z);
   }
 
   bool add_item(const Shaft& shaft, std::uint32_t id) {
@@ -142,6 +148,7 @@ class Candidates::Search {
         if (shaft.misses(world_.spheres[item.index])) return false;
         if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
           return found_.is_dark_ = true;
+        return add({{id, 0}, item.is_opaque, false, {}});
       }
     }
     if (const auto box = bounds_of(world_, item); box && shaft.misses(*box)) return false;
@@ -179,7 +186,6 @@ class Candidates::Search {
 
 void Candidates::sort() {
   std::ranges::sort(list_, {}, &Candidate::surface);
-  std::ranges::sort(silhouette_, {}, [](const SilhouetteEdge& e) { return std::pair(e.triangle, e.edge); });
 }
 
 void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self) {

@@ -35,8 +35,11 @@ struct Projection {
 struct SilhouetteEdge {
   Vec3 from, to;
   int jump = 0;
-  SurfaceId triangle;
-  int edge = 0;  // of the triangle
+  struct Place {
+    SurfaceId triangle;
+    std::uint32_t edge = 0;  // of the triangle
+    auto operator<=>(const Place&) const = default;
+  } place;
 };
 
 /// What may cross a shaft; made to be gathered again and again without allocating. Not to be shared.
@@ -54,9 +57,9 @@ class Candidates {
                           bool leaves_self);
 
   std::span<const Candidate> list() const { return list_; }
-  /// Edges beside the shaft may be among them.
+  /// In the structure's order; edges beside the shaft may be among them.
   std::span<const SilhouetteEdge> silhouette() const { return silhouette_; }
-  /// Brings list and silhouette into scene order; they come in the structure's.
+  /// Brings the list from the structure's order into the scene's.
   void sort();
   /// Some opaque triangle may be in the shaft, though it need not show a silhouette.
   bool has_opaque_triangles() const { return has_opaque_triangles_; }

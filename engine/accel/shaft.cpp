@@ -33,8 +33,8 @@ struct TrianglePlane {
 
 }  // namespace
 
-Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite)
-    : apex_(apex), corners_(corners), is_infinite_(is_infinite) {
+Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor)
+    : apex_(apex), corners_(corners), floor_(floor), is_infinite_(is_infinite) {
   bounds_.include(apex);
   double reach = taxicab(apex);
   Vec3 middle;
@@ -71,6 +71,7 @@ Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infin
     add_side(forward, farthest);
   }
   add_side(-forward, 0);
+  if (taxicab(floor) > 0) add_side(-floor, 0);
   const Vec3 margin = abs(apex) * gamma(8) + Vec3{reach, reach, reach} * gamma(8);
   bounds_.lower = bounds_.lower - margin;
   bounds_.upper = bounds_.upper + margin;
@@ -80,7 +81,7 @@ Shaft Shaft::in_space_of(const Placement& placement) const {
   const math::Affine& map = placement.world_to_local;
   std::array<Vec3, 4> corners;
   for (std::size_t i = 0; i < 4; ++i) corners[i] = is_infinite_ ? map.vector(corners_[i]) : map.point(corners_[i]);
-  return {map.point(apex_), corners, is_infinite_};
+  return {map.point(apex_), corners, is_infinite_, placement.local_to_world.transposed_vector(floor_)};
 }
 
 bool Shaft::is_apart(const Vec3& lower, const Vec3& upper) const {
@@ -119,6 +120,7 @@ Shaft::BoxPlanes Shaft::box_planes(const Vec3& origin) const {
       plane.nearest_row[axis] = plane.outward[axis] > 0 ? axis : axis + 3;
     }
     plane.offset = static_cast<float>(offset * scale);
+    plane.length = static_cast<float>(math::length(side.outward) * scale);
     plane.slack =
         static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(apex)))) * scale);
   }

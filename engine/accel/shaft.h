@@ -14,8 +14,9 @@ namespace penumbra::accel {
 /// rounding included.
 class Shaft {
  public:
-  /// `corners` in order around the quadrilateral: points, or directions when `is_infinite`.
-  Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite);
+  /// `corners` in order around the quadrilateral: points, or directions when `is_infinite`. `floor`, if not zero, is the
+  /// normal of a plane through the apex that all corners are above.
+  Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor = {});
 
   bool misses(const math::Bounds& box) const;
   bool misses(const geometry::TriangleVertices& triangle) const;
@@ -30,10 +31,10 @@ class Shaft {
   /// upper x, y, z.
   struct BoxPlanes {
     struct Plane {
-      float outward[3], offset, slack;
+      float outward[3], offset, slack, length;
       int nearest_row[3];
     };
-    Plane plane[6];
+    Plane plane[7];
     int count, far;  // far: which is the far plane, or −1
     float lower[3], upper[3];
   };
@@ -54,8 +55,9 @@ class Shaft {
   };
   Vec3 apex_;
   std::array<Vec3, 4> corners_, edges_;
+  Vec3 floor_;
   bool is_infinite_;
-  std::array<Side, 6> sides_;
+  std::array<Side, 7> sides_;
   int side_count_;
   math::Bounds bounds_;
 };

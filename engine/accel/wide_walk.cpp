@@ -537,6 +537,25 @@ HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const Normal
   return result;
 }
 
+/// Which spheres are not wholly outside one of the shaft's planes, one bit each.
+HWY_INLINE unsigned overlap(const WideTree::SphereBlock& block, const FloatShaft& shaft) {
+  const Floats d;
+  unsigned hits = 0;
+  for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
+    const Vector3<decltype(hn::Zero(d))> centre{hn::Load(d, block.center[0] + lane), hn::Load(d, block.center[1] + lane),
+                                                hn::Load(d, block.center[2] + lane)};
+    const auto radius = hn::Mul(hn::Load(d, block.radius + lane), hn::Set(d, 1 + 8 * roundoff));
+    auto outside = hn::IsNaN(radius);
+    for (int i = 0; i < shaft.planes.count; ++i) {
+      const Shaft::BoxPlanes::Plane& plane = shaft.planes.plane[i];
+      const auto [value, error] = value_at(plane, centre);
+      outside = hn::Or(outside, hn::Gt(value, hn::MulAdd(radius, hn::Set(d, plane.length), error)));
+    }
+    hits |= bits(d, hn::Not(outside)) << lane;
+  }
+  return hits;
+}
+
 bool walk_shaft(const WideTree& tree, const NormalCones* cones, const Shaft& shaft, ShaftVisitor& visitor) {
   const FloatShaft float_shaft(tree, shaft);
   std::uint32_t stack[stack_size];
@@ -553,9 +572,8 @@ bool walk_shaft(const WideTree& tree, const NormalCones* cones, const Shaft& sha
     return false;
   };
   const auto at_spheres = [&](const WideTree::SphereBlock& block) {
-    for (std::size_t lane = 0; lane < WideTree::width; ++lane) {
-      if (std::isnan(block.radius[lane])) break;
-      if (visitor.other(block.item[lane])) return true;
+    for (unsigned hits = overlap(block, float_shaft); hits != 0; hits &= hits - 1) {
+      if (visitor.other(block.item[std::countr_zero(hits)])) return true;
     }
     return false;
   };

@@ -93,19 +93,19 @@ void ChordSweep::clip(std::span<const accel::SilhouetteEdge> silhouette) {
     const Vec3 &a = edge.from, &b = edge.to;
     const bool from_inside = is_inside(a), to_inside = is_inside(b);
     if (from_inside && to_inside) {
-      edges_.push_back({at(a, b, 0), {b.x / b.z, b.y / b.z}, false, false, edge.jump});
+      edges_.push_back({at(a, b, 0), {b.x / b.z, b.y / b.z}, false, false, edge.jump, edge.place});
       continue;
     }
     const RimMeetings rim = meet_rim(a, b);
     if (!rim.exist) continue;
     if (from_inside) {
       const double t = rim.first > 0 ? rim.first : rim.second;
-      edges_.push_back({at(a, b, 0), at(a, b, std::clamp(t, 0.0, 1.0)), false, true, edge.jump});
+      edges_.push_back({at(a, b, 0), at(a, b, std::clamp(t, 0.0, 1.0)), false, true, edge.jump, edge.place});
     } else if (to_inside) {
       const double t = rim.second < 1 ? rim.second : rim.first;
-      edges_.push_back({at(a, b, std::clamp(t, 0.0, 1.0)), {b.x / b.z, b.y / b.z}, true, false, edge.jump});
+      edges_.push_back({at(a, b, std::clamp(t, 0.0, 1.0)), {b.x / b.z, b.y / b.z}, true, false, edge.jump, edge.place});
     } else if (rim.first > 0 && rim.second < 1 && is_inside(a + (b - a) * (0.5 * (rim.first + rim.second)))) {
-      edges_.push_back({at(a, b, rim.first), at(a, b, rim.second), true, true, edge.jump});
+      edges_.push_back({at(a, b, rim.first), at(a, b, rim.second), true, true, edge.jump, edge.place});
     }
   }
 }
@@ -294,6 +294,14 @@ sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
                                        const Probe& probe) {
   clip(silhouette);
   is_certain_ = edges_.empty() && covers.empty();
+  sampling::Halves halves;
+  if (is_certain_) {
+    const Color all = !has_triangles || probe(0, 0) ? math::white : math::black;
+    halves.add(false, all), halves.add(true, all);
+    return halves;
+  }
+  // In scene order, whatever structure found them: sums round the same way.
+  std::ranges::sort(edges_, {}, &Edge::place);
   const Frame frame = choose_frame(covers, turn);
   place_chords(chords, shift);
   for (const Edge& edge : edges_) add(edge, frame);
@@ -304,7 +312,6 @@ sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
     if (chords_[k].half_length > 0) light(chords_[k], frame, longest);
   }
   const bool is_dark = longest.length == 0 || (has_triangles && !probe(longest.x, longest.y));
-  sampling::Halves halves;
   for (std::size_t k = 0; k < count_; ++k) {
     if (chords_[k].half_length > 0) halves.add(k % 2 == 1, is_dark ? math::black : chords_[k].lit, chords_[k].weight);
   }

@@ -60,6 +60,7 @@ class ChordSweep {
     sampling::Point2 from, to;
     bool enters, leaves;  // through the disc's rim, at `from` and at `to`
     int jump;
+    accel::SilhouetteEdge::Place place;
   };
   struct OpenPlace {
     double x = 0, y = 0, length = 0;

@@ -23,11 +23,15 @@ Visibility with_variance(const sampling::Halves& halves, sampling::Halves::Order
   return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}};
 }
 
-/// Whether every way to the corners leaves the point's surface on its outer side, well above the horizon.
+/// Whether all corners are above the horizon for certain.
+bool is_well_above(const Vec3& facing, const std::array<Vec3, 4>& corners) {
+  return std::ranges::all_of(
+      corners, [&](const Vec3& corner) { return dot(facing, corner) > math::gamma(64) * math::length(corner); });
+}
+
+/// Whether every way to the corners leaves the point's surface on its outer side.
 bool leaves_on_outer_side(const ShadingPoint& at, const std::array<Vec3, 4>& corners) {
-  return dot(at.facing, at.surface.normal) > 0 && std::ranges::all_of(corners, [&](const Vec3& corner) {
-           return dot(at.facing, corner) > math::gamma(64) * math::length(corner);
-         });
+  return dot(at.facing, at.surface.normal) > 0 && is_well_above(at.facing, corners);
 }
 
 }  // namespace
@@ -113,12 +117,15 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
       return {is_lit ? math::white : math::black, {}};
     }
     if (!candidates_.is_incomplete() && find_covers(at, view, !is_above_horizon)) {
-      counters_.shadow_rays_covered += count;
       const double chords = sampling.chords.count();
       const sampling::Halves halves =
           sweep_.integrate(covers_, candidates_.silhouette(), candidates_.has_opaque_triangles(), sampling.chords,
                            key.uniform(0), key.uniform(1), is_seen);
-      if (sweep_.is_certain()) return {halves.mean(), {}};
+      if (sweep_.is_certain()) {
+        (halves.mean().r > 0 ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
+        return {halves.mean(), {}};
+      }
+      counters_.shadow_rays_covered += count;
       return with_variance(halves, sampling::Halves::chords(sampling.chords.count()), chord_variance, chords,
                            chords * chords * chords);
     }
@@ -137,6 +144,7 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view) {
   const Vec3 &axis = view.axis, &u = view.u, &v = view.v;
   std::array<Vec3, 4> corners{axis - u - v, axis + u - v, axis + u + v, axis - u + v};
   const bool leaves_self = leaves_on_outer_side(at, corners);
+  const bool is_above = is_well_above(at.facing, corners);
   if (!view.is_infinite) {
     for (Vec3& corner : corners) corner += view.from;
   }
@@ -144,8 +152,8 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view) {
   const double volume = 1 / dot(axis, math::cross(u, v));
   const accel::Projection projection{view.from, math::cross(v, axis) * volume, math::cross(axis, u) * volume,
                                      math::cross(u, v) * volume, view.is_infinite};
-  candidates_.gather_silhouettes(scene_.world, accel::Shaft(view.from, corners, view.is_infinite), projection, at.id,
-                                 leaves_self);
+  const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above ? at.facing : Vec3{});
+  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self);
 }
 
 bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {
