@@ -15,7 +15,7 @@ template <class AtTriangle, class AtOther, class WithoutSilhouette>
 bool search(const Structure& structure, const Shaft& shaft, bool silhouettes, const AtTriangle& at_triangle,
             const AtOther& at_other, const WithoutSilhouette& left_out) {
   if (structure.wide) {
-    struct Visitor final : ShaftVisitor {
+    struct Visitor final : RegionVisitor {
       Visitor(const AtTriangle& t, const AtOther& o, const WithoutSilhouette& w)
           : at_triangle(t), at_other(o), left_out(w) {}
       bool triangle(std::uint32_t index) override { return at_triangle(index); }
@@ -25,7 +25,9 @@ bool search(const Structure& structure, const Shaft& shaft, bool silhouettes, co
       const AtOther& at_other;
       const WithoutSilhouette& left_out;
     } visitor(at_triangle, at_other, left_out);
-    return walk(*structure.wide, silhouettes ? structure.cones.get() : nullptr, shaft, visitor);
+    if (!silhouettes || !structure.cones) return walk(*structure.wide, shaft.half_spaces(), nullptr, visitor);
+    const Silhouettes seen{*structure.cones, shaft.apex()};
+    return walk(*structure.wide, shaft.half_spaces(), &seen, visitor);
   }
   const Tree& tree = *structure.plain;
   const auto misses = [&](const math::Bounds& box) { return shaft.misses(box); };
@@ -184,9 +186,7 @@ class Candidates::Search {
   Candidates& found_;
 };
 
-void Candidates::sort() {
-  std::ranges::sort(list_, {}, &Candidate::surface);
-}
+void Candidates::sort() { std::ranges::sort(list_, {}, &Candidate::surface); }
 
 void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self) {
   Search(world, self, leaves_self, nullptr, *this).collect(shaft);

@@ -30,8 +30,8 @@ struct Projection {
   }
 };
 
-/// An edge at which the number of opaque triangles in line changes: whoever crosses it from the left of from → to to its
-/// right has `jump` more before him. Homogeneous coordinates of a projection.
+/// An edge at which the number of opaque triangles in line changes: whoever crosses it from the left of from → to to
+/// its right has `jump` more before him. Homogeneous coordinates of a projection.
 struct SilhouetteEdge {
   Vec3 from, to;
   int jump = 0;

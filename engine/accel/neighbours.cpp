@@ -61,11 +61,12 @@ void link_neighbours(TriangleSet& triangles, std::span<const std::uint32_t> grou
     for (std::uint32_t e = 0; e < 3; ++e) {
       const std::uint32_t half = 4 * t + e;
       const std::uint64_t low = std::min(from(half), to(half)), high = std::max(from(half), to(half));
-      const std::uint32_t other = edges.add(half, (low << 32 | high) ^ groups[t], [&](std::uint32_t a, std::uint32_t b) {
-        // What has found its neighbour takes no other, so that three triangles at an edge stay a pair and a single.
-        return from(a) == to(b) && to(a) == from(b) && groups[a / 4] == groups[b / 4] &&
-               triangles.neighbours[a / 4][a % 4] == none && a / 4 != b / 4;
-      });
+      const std::uint32_t other =
+          edges.add(half, (low << 32 | high) ^ groups[t], [&](std::uint32_t a, std::uint32_t b) {
+            // What has found its neighbour takes no other, so that three triangles at an edge stay a pair and a single.
+            return from(a) == to(b) && to(a) == from(b) && groups[a / 4] == groups[b / 4] &&
+                   triangles.neighbours[a / 4][a % 4] == none && a / 4 != b / 4;
+          });
       if (other == half) continue;
       triangles.neighbours[t][e] = other / 4;
       triangles.neighbours[other / 4][other % 4] = t;

@@ -17,7 +17,8 @@ struct Cone {
 using PossibleCone = std::optional<Cone>;
 
 double angle_between(const Vec3& a, const Vec3& b) {
-  // 2·asin(|a − b|/2) ≤ |a − b|·(1 + |a − b|²/8): an upper bound below two thirds of a right angle, without a libm call.
+  // 2·asin(|a − b|/2) ≤ |a − b|·(1 + |a − b|²/8): an upper bound below two thirds of a right angle, without a libm
+  // call.
   const double chord = math::length(a - b);
   return chord * (1 + chord * chord / 8) + rounding;
 }

@@ -9,8 +9,8 @@ namespace penumbra::accel {
 /// and of their neighbours: where all face a point, or all face away, no edge there is a silhouette seen from it.
 class NormalCones {
  public:
-  /// By lane: axis (unit), cosine and sine of the half-angle, below a right angle; a lane that tells nothing – a triangle
-  /// has an edge without neighbour, or normals point all ways – has a cosine that is no number.
+  /// By lane: axis (unit), cosine and sine of the half-angle, below a right angle; a lane that tells nothing – a
+  /// triangle has an edge without neighbour, or normals point all ways – has a cosine that is no number.
   struct Cones {
     alignas(32) float axis[3][WideTree::width], cosine[WideTree::width], sine[WideTree::width];
   };

@@ -184,8 +184,8 @@ geometry::SurfacePoint point_on_triangle(const TriangleSet& triangles, std::uint
   geometry::SurfacePoint point = point_on(triangles[index], hit.b1, hit.b2);
   if (triangles.normals.empty()) return point;
   const auto& [a, b, c] = triangles.corners[index];
-  const Vec3 sum = triangles.normals[a] * (1 - hit.b1 - hit.b2) + triangles.normals[b] * hit.b1 +
-                   triangles.normals[c] * hit.b2;
+  const Vec3 sum =
+      triangles.normals[a] * (1 - hit.b1 - hit.b2) + triangles.normals[b] * hit.b1 + triangles.normals[c] * hit.b2;
   if (math::max_component(math::abs(sum)) > 0) point.shading_normal = math::normalize(sum);
   return point;
 }
@@ -197,8 +197,7 @@ geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit&
   if (item.kind == Kind::patch) return point_on_triangle(world.triangles, item.index + hit.surface.part, hit);
   const Placement* placement = item.placement == not_placed ? nullptr : &world.placements[item.placement];
   const auto local_point = [&]() -> geometry::SurfacePoint {
-    if (item.kind == Kind::mesh)
-      return point_on_triangle(world.meshes[item.index].triangles, hit.surface.part, hit);
+    if (item.kind == Kind::mesh) return point_on_triangle(world.meshes[item.index].triangles, hit.surface.part, hit);
     const Vec3 world_point = ray.origin + ray.direction * hit.t;
     const Vec3 near = placement == nullptr ? world_point : placement->world_to_local.point(world_point);
     switch (item.kind) {

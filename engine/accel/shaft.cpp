@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/accel/wide_tree.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
@@ -35,7 +34,8 @@ struct TrianglePlane {
 
 Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor)
     : apex_(apex), corners_(corners), floor_(floor), is_infinite_(is_infinite) {
-  bounds_.include(apex);
+  math::Bounds bounds;
+  bounds.include(apex);
   double reach = taxicab(apex);
   Vec3 middle;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -43,24 +43,18 @@ Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infin
     middle += edges_[i] * 0.25;
     reach = std::max(reach, taxicab(corners[i]));
     if (!is_infinite) {
-      bounds_.include(corners[i]);
+      bounds.include(corners[i]);
       continue;
     }
     for (int axis = 0; axis < 3; ++axis) {
-      if (edges_[i][axis] > 0) bounds_.upper[axis] = HUGE_VAL;
-      if (edges_[i][axis] < 0) bounds_.lower[axis] = -HUGE_VAL;
+      if (edges_[i][axis] > 0) bounds.upper[axis] = HUGE_VAL;
+      if (edges_[i][axis] < 0) bounds.lower[axis] = -HUGE_VAL;
     }
   }
-  // A plane through the apex and two corners is off by a few roundings of their coordinates anywhere in the shaft.
-  const auto add_side = [&](const Vec3& outward, double offset) {
-    sides_[static_cast<std::size_t>(side_count_++)] = {outward, abs(outward), offset,
-                                                       gamma(64) * taxicab(outward) * reach};
-  };
-  side_count_ = 0;
+  half_spaces_ = HalfSpaces(apex, reach, bounds);
   for (std::size_t i = 0; i < 4; ++i) {
-    Vec3 outward = math::cross(edges_[i], edges_[(i + 1) % 4]);
-    if (dot(outward, middle) > 0) outward = -outward;
-    add_side(outward, 0);
+    const Vec3 outward = math::cross(edges_[i], edges_[(i + 1) % 4]);
+    half_spaces_.add(dot(outward, middle) > 0 ? -outward : outward, 0);
   }
   Vec3 forward = middle;
   if (!is_infinite) {
@@ -68,13 +62,10 @@ Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infin
     if (dot(forward, middle) < 0) forward = -forward;
     double farthest = 0;
     for (const Vec3& edge : edges_) farthest = std::max(farthest, dot(forward, edge));
-    add_side(forward, farthest);
+    half_spaces_.add_far(forward, farthest);
   }
-  add_side(-forward, 0);
-  if (taxicab(floor) > 0) add_side(-floor, 0);
-  const Vec3 margin = abs(apex) * gamma(8) + Vec3{reach, reach, reach} * gamma(8);
-  bounds_.lower = bounds_.lower - margin;
-  bounds_.upper = bounds_.upper + margin;
+  half_spaces_.add(-forward, 0);
+  if (taxicab(floor) > 0) half_spaces_.add(-floor, 0);
 }
 
 Shaft Shaft::in_space_of(const Placement& placement) const {
@@ -84,62 +75,9 @@ Shaft Shaft::in_space_of(const Placement& placement) const {
   return {map.point(apex_), corners, is_infinite_, placement.local_to_world.transposed_vector(floor_)};
 }
 
-bool Shaft::is_apart(const Vec3& lower, const Vec3& upper) const {
-  return lower.x > bounds_.upper.x || upper.x < bounds_.lower.x || lower.y > bounds_.upper.y ||
-         upper.y < bounds_.lower.y || lower.z > bounds_.upper.z || upper.z < bounds_.lower.z;
-}
-
-bool Shaft::misses(const math::Bounds& box) const {
-  if (is_apart(box.lower, box.upper)) return true;
-  const Vec3 half = box.extent() * 0.5, centre = box.centre() - apex_;
-  for (int i = 0; i < side_count_; ++i) {
-    const Side& side = sides_[static_cast<std::size_t>(i)];
-    const double radius = dot(side.size, half);
-    if (dot(side.outward, centre) - radius > side.offset + side.slack + gamma(32) * radius) return true;
-  }
-  return false;
-}
-
-Shaft::BoxPlanes Shaft::box_planes(const Vec3& origin) const {
-  BoxPlanes result;
-  result.count = side_count_;
-  result.far = is_infinite_ ? -1 : 4;
-  for (int axis = 0; axis < 3; ++axis) {
-    result.lower[axis] = rounded_down(bounds_.lower[axis] - origin[axis]);
-    result.upper[axis] = rounded_up(bounds_.upper[axis] - origin[axis]);
-  }
-  for (int i = 0; i < side_count_; ++i) {
-    const Side& side = sides_[static_cast<std::size_t>(i)];
-    // Normals scaled to 1, so that products of single precision neither overflow nor vanish.
-    const double scale = 1 / std::max(math::max_component(side.size), 1e-300);
-    BoxPlanes::Plane& plane = result.plane[i];
-    const Vec3 apex = apex_ - origin;
-    const double offset = side.offset + dot(side.outward, apex);
-    for (int axis = 0; axis < 3; ++axis) {
-      plane.outward[axis] = static_cast<float>(side.outward[axis] * scale);
-      plane.nearest_row[axis] = plane.outward[axis] > 0 ? axis : axis + 3;
-    }
-    plane.offset = static_cast<float>(offset * scale);
-    plane.length = static_cast<float>(math::length(side.outward) * scale);
-    plane.slack =
-        static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(apex)))) * scale);
-  }
-  return result;
-}
-
 bool Shaft::misses(const geometry::TriangleVertices& triangle) const {
-  // What the triangle's own box would reject: so the answer does not depend on the boxes around it.
-  const Vec3 lower = math::min(triangle.v0, math::min(triangle.v1, triangle.v2));
-  const Vec3 upper = math::max(triangle.v0, math::max(triangle.v1, triangle.v2));
-  if (is_apart(lower, upper)) return true;
-  const Vec3 a = triangle.v0 - apex_, b = triangle.v1 - apex_, c = triangle.v2 - apex_;
-  const Vec3 size = math::max(abs(a), math::max(abs(b), abs(c)));
-  for (int i = 0; i < side_count_; ++i) {
-    const Side& side = sides_[static_cast<std::size_t>(i)];
-    const double threshold = side.offset + side.slack + gamma(32) * dot(side.size, size);
-    if (dot(side.outward, a) > threshold && dot(side.outward, b) > threshold && dot(side.outward, c) > threshold)
-      return true;
-  }
+  if (half_spaces_.miss(triangle)) return true;
+  const Vec3 a = triangle.v0 - apex_;
   const TrianglePlane plane(triangle);
   const double magnitude = taxicab(apex_) + taxicab(triangle.v0);
   const int side = plane.side(-a, magnitude);
@@ -151,20 +89,6 @@ bool Shaft::misses(const geometry::TriangleVertices& triangle) const {
     if (other != side) return false;
   }
   return true;
-}
-
-bool Shaft::misses(const geometry::SphereShape& sphere) const {
-  const Vec3 reach{sphere.radius, sphere.radius, sphere.radius};
-  if (is_apart(sphere.center - reach, sphere.center + reach)) return true;
-  const Vec3 centre = sphere.center - apex_;
-  for (int i = 0; i < side_count_; ++i) {
-    const Side& side = sides_[static_cast<std::size_t>(i)];
-    const double radius = math::length(side.outward) * sphere.radius;
-    if (dot(side.outward, centre) - radius >
-        side.offset + side.slack + gamma(32) * (radius + dot(side.size, abs(centre))))
-      return true;
-  }
-  return false;
 }
 
 bool Shaft::misses(const geometry::PlaneShape& plane) const {

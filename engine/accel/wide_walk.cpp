@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "engine/accel/normal_cones.h"
-#include "engine/accel/shaft.h"
 #include "engine/accel/wide_walk.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -74,8 +73,8 @@ struct FloatRay {
     const hn::CappedTag<float, 4> d;
     for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
       const auto o = hn::Load(d, origin + i), reciprocal = hn::Load(d, inverse + i);
-      const auto rounding = hn::MulAdd(hn::Abs(o), hn::Set(d, 2.5F * roundoff),
-                                       hn::Set(d, std::numeric_limits<float>::min() + moved));
+      const auto rounding =
+          hn::MulAdd(hn::Abs(o), hn::Set(d, 2.5F * roundoff), hn::Set(d, std::numeric_limits<float>::min() + moved));
       const auto outward = hn::CopySign(rounding, reciprocal);
       hn::Store(hn::Add(o, outward), d, near_origin + i);
       hn::Store(hn::Sub(o, outward), d, far_origin + i);
@@ -121,12 +120,10 @@ HWY_INLINE unsigned enter(const WideTree::Node& node, const FloatRay& ray, float
     const auto at = [&](std::size_t row, float origin, float inverse) HWY_ATTR {
       return hn::Mul(hn::Sub(hn::Load(d, planes + row), hn::Set(d, origin)), hn::Set(d, inverse));
     };
-    const auto near_at = [&](int axis) HWY_ATTR {
-      return at(ray.near_row[axis], ray.near_origin[axis], ray.near_inverse[axis]);
-    };
-    const auto far_at = [&](int axis) HWY_ATTR {
-      return at(ray.far_row[axis], ray.far_origin[axis], ray.far_inverse[axis]);
-    };
+    const auto near_at = [&](int axis)
+                             HWY_ATTR { return at(ray.near_row[axis], ray.near_origin[axis], ray.near_inverse[axis]); };
+    const auto far_at = [&](int axis)
+                            HWY_ATTR { return at(ray.far_row[axis], ray.far_origin[axis], ray.far_inverse[axis]); };
     // No plane contains the origin as rounded, so there is no 0·∞.
     const auto near = hn::Max(hn::Max(near_at(0), near_at(1)), hn::Max(near_at(2), hn::Zero(d)));
     const auto far = hn::Min(hn::Min(far_at(0), far_at(1)), hn::Min(far_at(2), hn::Set(d, limit)));
@@ -314,9 +311,9 @@ class ToNearest {
     for (std::size_t i = 0; i < count_; ++i) {
       if (waiting_[i].t_low > limit_) continue;
       const std::uint32_t triangle = waiting_[i].triangle;
-      const std::optional<geometry::TriangleHit> hit =
-          waiting_[i].is_certain ? intersect_certainly(triangles_[triangle], ray_)
-                                 : intersect(triangles_[triangle], ray_, nearest_.limit);
+      const std::optional<geometry::TriangleHit> hit = waiting_[i].is_certain
+                                                           ? intersect_certainly(triangles_[triangle], ray_)
+                                                           : intersect(triangles_[triangle], ray_, nearest_.limit);
       if (!hit || !(hit->t < nearest_.limit)) continue;
       nearest_.offer(hit->t, triangles_.surface(triangle), hit->b1, hit->b2);
       limit_ = std::min(limit_, float_ray_.limit(nearest_.limit));
@@ -410,13 +407,14 @@ bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const Wo
   return walk_ray(tree, float_ray, visitor);
 }
 
-/// A shaft in single precision, and its apex, both relative to a tree's origin.
+/// A region in single precision, and the point to see silhouettes from, both relative to a tree's origin.
 struct FloatShaft {
-  Shaft::BoxPlanes planes;
+  HalfSpaces::FloatPlanes planes;
   float apex[3], error;
 
-  FloatShaft(const WideTree& tree, const Shaft& shaft) : planes(shaft.box_planes(tree.origin())) {
-    const Vec3 from = shaft.apex() - tree.origin();
+  FloatShaft(const WideTree& tree, const HalfSpaces& region, const Vec3& viewpoint)
+      : planes(region.in_single_precision(tree.origin())) {
+    const Vec3 from = viewpoint - tree.origin();
     for (int axis = 0; axis < 3; ++axis) apex[axis] = static_cast<float>(from[axis]);
     error = static_cast<float>(32 * 0x1p-24 * (tree.reach() + math::max_component(math::abs(from))));
   }
@@ -429,7 +427,7 @@ struct Vector3 {
 
 /// The value of a plane at a point, and what it may be off.
 template <class V>
-HWY_INLINE std::pair<V, V> value_at(const Shaft::BoxPlanes::Plane& plane, const Vector3<V>& at) {
+HWY_INLINE std::pair<V, V> value_at(const HalfSpaces::FloatPlanes::Plane& plane, const Vector3<V>& at) {
   const Floats d;
   const auto x = hn::Mul(hn::Set(d, plane.outward[0]), at.x), y = hn::Mul(hn::Set(d, plane.outward[1]), at.y),
              z = hn::Mul(hn::Set(d, plane.outward[2]), at.z);
@@ -445,8 +443,9 @@ HWY_INLINE unsigned facing_alike(const NormalCones::Cones& cones, std::size_t la
   const Floats d;
   const auto x = hn::Sub(hn::Set(d, shaft.apex[0]), centre.x), y = hn::Sub(hn::Set(d, shaft.apex[1]), centre.y),
              z = hn::Sub(hn::Set(d, shaft.apex[2]), centre.z);
-  const auto along = hn::MulAdd(x, hn::Load(d, cones.axis[0] + lane),
-                                hn::MulAdd(y, hn::Load(d, cones.axis[1] + lane), hn::Mul(z, hn::Load(d, cones.axis[2] + lane))));
+  const auto along =
+      hn::MulAdd(x, hn::Load(d, cones.axis[0] + lane),
+                 hn::MulAdd(y, hn::Load(d, cones.axis[1] + lane), hn::Mul(z, hn::Load(d, cones.axis[2] + lane))));
   const auto squared = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
   const auto across = hn::Sqrt(hn::Max(hn::Zero(d), hn::NegMulAdd(along, along, squared)));
   // Of a normal n in the cone, n·(apex − centre) lies within along·cosine ± across·sine.
@@ -462,7 +461,7 @@ struct ShaftLanes {
 HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Cones* cones, const FloatShaft& shaft) {
   const Floats d;
   ShaftLanes result;
-  const Shaft::BoxPlanes& planes = shaft.planes;
+  const HalfSpaces::FloatPlanes& planes = shaft.planes;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
     auto outside = hn::FirstN(d, 0);
     for (int axis = 0; axis < 3; ++axis) {
@@ -491,7 +490,7 @@ HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Con
     const auto radius = hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
     unsigned alike = met & facing_alike(*cones, lane, shaft, centre, radius);
     if (alike != 0 && planes.far >= 0) {
-      const Shaft::BoxPlanes::Plane& far = planes.plane[planes.far];
+      const HalfSpaces::FloatPlanes::Plane& far = planes.plane[planes.far];
       const int rows[3]{(far.nearest_row[0] + 3) % 6, (far.nearest_row[1] + 3) % 6, (far.nearest_row[2] + 3) % 6};
       const auto [value, error] = value_at(far, corner(rows));
       alike &= bits(d, hn::Lt(value, hn::Neg(error)));
@@ -505,7 +504,7 @@ HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const Normal
                               const FloatShaft& shaft) {
   const Floats d;
   ShaftLanes result;
-  const Shaft::BoxPlanes& planes = shaft.planes;
+  const HalfSpaces::FloatPlanes& planes = shaft.planes;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
     const auto vertex = [&](std::size_t v) HWY_ATTR {
       return Vector3<decltype(hn::Zero(d))>{hn::Load(d, block.vertex[v][0] + lane),
@@ -519,7 +518,8 @@ HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const Normal
       const auto [value_a, error_a] = value_at(planes.plane[i], a);
       const auto [value_b, error_b] = value_at(planes.plane[i], b);
       const auto [value_c, error_c] = value_at(planes.plane[i], c);
-      outside = hn::Or(outside, hn::And(hn::Gt(value_a, error_a), hn::And(hn::Gt(value_b, error_b), hn::Gt(value_c, error_c))));
+      outside = hn::Or(outside,
+                       hn::And(hn::Gt(value_a, error_a), hn::And(hn::Gt(value_b, error_b), hn::Gt(value_c, error_c))));
       if (i == planes.far) {
         is_before_far = hn::And(hn::Lt(value_a, hn::Neg(error_a)),
                                 hn::And(hn::Lt(value_b, hn::Neg(error_b)), hn::Lt(value_c, hn::Neg(error_c))));
@@ -542,12 +542,12 @@ HWY_INLINE unsigned overlap(const WideTree::SphereBlock& block, const FloatShaft
   const Floats d;
   unsigned hits = 0;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
-    const Vector3<decltype(hn::Zero(d))> centre{hn::Load(d, block.center[0] + lane), hn::Load(d, block.center[1] + lane),
-                                                hn::Load(d, block.center[2] + lane)};
+    const Vector3<decltype(hn::Zero(d))> centre{
+        hn::Load(d, block.center[0] + lane), hn::Load(d, block.center[1] + lane), hn::Load(d, block.center[2] + lane)};
     const auto radius = hn::Mul(hn::Load(d, block.radius + lane), hn::Set(d, 1 + 8 * roundoff));
     auto outside = hn::IsNaN(radius);
     for (int i = 0; i < shaft.planes.count; ++i) {
-      const Shaft::BoxPlanes::Plane& plane = shaft.planes.plane[i];
+      const HalfSpaces::FloatPlanes::Plane& plane = shaft.planes.plane[i];
       const auto [value, error] = value_at(plane, centre);
       outside = hn::Or(outside, hn::Gt(value, hn::MulAdd(radius, hn::Set(d, plane.length), error)));
     }
@@ -556,8 +556,10 @@ HWY_INLINE unsigned overlap(const WideTree::SphereBlock& block, const FloatShaft
   return hits;
 }
 
-bool walk_shaft(const WideTree& tree, const NormalCones* cones, const Shaft& shaft, ShaftVisitor& visitor) {
-  const FloatShaft float_shaft(tree, shaft);
+bool walk_region(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes,
+                 RegionVisitor& visitor) {
+  const FloatShaft float_shaft(tree, region, silhouettes == nullptr ? tree.origin() : silhouettes->viewpoint);
+  const NormalCones* cones = silhouettes == nullptr ? nullptr : &silhouettes->cones;
   std::uint32_t stack[stack_size];
   std::size_t count = 0;
   stack[count++] = tree.root();
@@ -621,7 +623,7 @@ namespace penumbra::accel {
 
 HWY_EXPORT(find_nearest);
 HWY_EXPORT(find_opaque);
-HWY_EXPORT(walk_shaft);
+HWY_EXPORT(walk_region);
 
 void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                      const geometry::PreparedRay& ray, const SurfaceId& self, Nearest& nearest) {
@@ -633,8 +635,8 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
   return HWY_DYNAMIC_DISPATCH(find_opaque)(tree, triangles, world, ray, self, limit, crossed);
 }
 
-bool walk(const WideTree& tree, const NormalCones* cones, const Shaft& shaft, ShaftVisitor& visitor) {
-  return HWY_DYNAMIC_DISPATCH(walk_shaft)(tree, cones, shaft, visitor);
+bool walk(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes, RegionVisitor& visitor) {
+  return HWY_DYNAMIC_DISPATCH(walk_region)(tree, region, silhouettes, visitor);
 }
 
 }  // namespace penumbra::accel

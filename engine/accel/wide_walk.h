@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/accel/half_spaces.h"
+#include "engine/accel/normal_cones.h"
 #include "engine/accel/queries.h"
 #include "engine/accel/wide_tree.h"
 #include "engine/accel/world.h"
@@ -66,20 +68,23 @@ void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, cons
 bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                     const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed);
 
-class Shaft;
-class NormalCones;
-
-class ShaftVisitor {
+class RegionVisitor {
  public:
-  virtual ~ShaftVisitor() = default;
+  virtual ~RegionVisitor() = default;
   virtual bool triangle(std::uint32_t triangle) = 0;
   virtual bool other(std::uint32_t item) = 0;
-  /// Triangles were left out that face the apex alike, as do all their neighbours.
-  virtual void without_silhouette() = 0;
+  /// Triangles were left out that face the viewpoint alike, as do all their neighbours.
+  virtual void without_silhouette() {}
 };
 
-/// Visits everything that the shaft may meet; true if the visitor ended it. With `cones`, triangles whose edges are
-/// surely no silhouettes seen from the shaft's apex are left out, if they end before its far plane.
-bool walk(const WideTree& tree, const NormalCones* cones, const Shaft& shaft, ShaftVisitor& visitor);
+/// To leave out triangles whose edges are surely no silhouettes seen from a point, if they end before the region's far
+/// plane.
+struct Silhouettes {
+  const NormalCones& cones;
+  Vec3 viewpoint;
+};
+
+/// Visits everything that the region may meet; true if the visitor ended it.
+bool walk(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes, RegionVisitor& visitor);
 
 }  // namespace penumbra::accel

@@ -78,8 +78,8 @@ std::optional<TriangleHit> intersect(const TriangleVertices& triangle, const Pre
 
 TriangleHit intersect_certainly(const TriangleVertices& triangle, const PreparedRay& ray) {
   const Sheared s(triangle, ray);
-  return s.hit(s.x[2] * s.y[1] - s.y[2] * s.x[1], s.x[0] * s.y[2] - s.y[0] * s.x[2],
-               s.x[1] * s.y[0] - s.y[1] * s.x[0], ray);
+  return s.hit(s.x[2] * s.y[1] - s.y[2] * s.x[1], s.x[0] * s.y[2] - s.y[0] * s.x[2], s.x[1] * s.y[0] - s.y[1] * s.x[0],
+               ray);
 }
 
 Vec3 normal_of(const TriangleVertices& triangle) {

@@ -229,7 +229,8 @@ class Compiler {
     world_.structure = structure_over(world_.triangles, others, settings_.acceleration, root, settings_.parallel_for);
   }
 
-  /// Triangles that may share a silhouette: those of one opaque mesh, and all opaque ones that are objects of their own.
+  /// Triangles that may share a silhouette: those of one opaque mesh, and all opaque ones that are objects of their
+  /// own.
   std::vector<std::uint32_t> silhouette_groups() const {
     std::vector<std::uint32_t> groups(world_.triangles.size(), accel::no_group);
     constexpr std::uint32_t loose = accel::no_group - 1;
@@ -238,8 +239,8 @@ class Compiler {
       const std::uint32_t patch = world_.triangle_items[begin];
       while (end < groups.size() && world_.triangle_items[end] == patch) ++end;
       if (world_.items[patch].is_opaque) {
-        std::fill(groups.begin() + static_cast<std::ptrdiff_t>(begin), groups.begin() + static_cast<std::ptrdiff_t>(end),
-                  end - begin == 1 ? loose : patch);
+        std::fill(groups.begin() + static_cast<std::ptrdiff_t>(begin),
+                  groups.begin() + static_cast<std::ptrdiff_t>(end), end - begin == 1 ? loose : patch);
       }
       begin = end;
     }

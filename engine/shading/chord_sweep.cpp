@@ -221,9 +221,8 @@ void ChordSweep::hide_behind_triangles() {
   int least = std::numeric_limits<int>::max();
   for (std::size_t k = 0; k < count_; ++k) {
     Chord& chord = chords_[k];
-    std::sort(chord.crossings.begin(), chord.crossings.end(), [](const Crossing& a, const Crossing& b) {
-      return a.at != b.at ? a.at < b.at : a.jump < b.jump;
-    });
+    std::sort(chord.crossings.begin(), chord.crossings.end(),
+              [](const Crossing& a, const Crossing& b) { return a.at != b.at ? a.at < b.at : a.jump < b.jump; });
     int depth = chord.depth;
     double from = -chord.half_length;
     const double shortest = shortest_part * chord.half_length;

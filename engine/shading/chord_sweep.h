@@ -22,10 +22,10 @@ class ChordSweep {
   /// coordinates of the disc), from even and odd chords. `turn` ∈ [0, 1) turns the chords where no edge suggests a
   /// direction, `shift` ∈ [0, 1) displaces them. `probe` is asked once at most, if `has_triangles`.
   ///
-  /// After Billen, Dutré, "Line Sampling for Direct Illumination", EGSR 2016, with chords that cross the edges in sight;
-  /// and for triangles after Laine et al., "Soft Shadow Volumes for Ray Tracing", SIGGRAPH 2005: along a chord, edges
-  /// tell how many triangles are in line, up to a constant; light comes at most from where they are fewest, and one
-  /// ray tells whether it does.
+  /// After Billen, Dutré, "Line Sampling for Direct Illumination", EGSR 2016, with chords that cross the edges in
+  /// sight; and for triangles after Laine et al., "Soft Shadow Volumes for Ray Tracing", SIGGRAPH 2005: along a chord,
+  /// edges tell how many triangles are in line, up to a constant; light comes at most from where they are fewest, and
+  /// one ray tells whether it does.
   sampling::Halves integrate(std::span<const DiscCover> covers, std::span<const accel::SilhouetteEdge> silhouette,
                              bool has_triangles, const sampling::DiscChords& chords, double turn, double shift,
                              const Probe& probe);

@@ -40,8 +40,14 @@ DiscCover cover_of_disc(const Vec3& centre, const Vec3& normal, double radius, c
   cover.edges[cover.edge_count++] = linear(normal, 0, view, height > 0 ? 1 : -1);
   cover.is_round = true;
   // A direction d meets the plane at height/(n·d)·d; from the centre to there, times n·d:
-  add_squared(-1, view, [&](const Vec3& d) { return d * height - centre * dot(normal, d); }, cover.round);
-  add_squared(radius * radius, view, [&](const Vec3& d) { return Vec3{dot(normal, d), 0, 0}; }, cover.round);
+  add_squared(
+      -1, view, [&](const Vec3& d) { return d * height - centre * dot(normal, d); }, cover.round);
+  add_squared(
+      radius * radius, view,
+      [&](const Vec3& d) {
+        return Vec3{dot(normal, d), 0, 0};
+      },
+      cover.round);
   return cover;
 }
 
@@ -68,8 +74,10 @@ bool append_cover(const geometry::SphereShape& sphere, const DiscView& view, std
   DiscCover& cover = covers.emplace_back();
   cover.edges[cover.edge_count++] = linear(centre, 0, view, 1);
   cover.is_round = true;
-  add_squared(-1, view, [&](const Vec3& d) { return cross(centre, d); }, cover.round);
-  add_squared(sphere.radius * sphere.radius, view, [](const Vec3& d) { return d; }, cover.round);
+  add_squared(
+      -1, view, [&](const Vec3& d) { return cross(centre, d); }, cover.round);
+  add_squared(
+      sphere.radius * sphere.radius, view, [](const Vec3& d) { return d; }, cover.round);
   return true;
 }
 
@@ -92,14 +100,15 @@ bool append_cover(const geometry::CylinderShape& cylinder, const DiscView& view,
   const bool is_beyond = to_base > margin || to_base + cylinder.height < -margin;
   if (!is_beside && !is_beyond) return false;
   if (!ends_before_light(base, r, view) || !ends_before_light(top, r, view)) return false;
-  // What is seen is the hull of the two caps: the caps, and the quadrilateral between the lines where planes through the
-  // point touch the side.
+  // What is seen is the hull of the two caps: the caps, and the quadrilateral between the lines where planes through
+  // the point touch the side.
   if (std::fabs(to_base) > margin) covers.push_back(cover_of_disc(base, cylinder.axis, r, view));
   if (std::fabs(to_base + cylinder.height) > margin) covers.push_back(cover_of_disc(top, cylinder.axis, r, view));
   if (!is_beside) return true;
   const Vec3 towards = across * (-1 / distance), beside = cross(cylinder.axis, towards);
   const double cosine = r / distance, sine = std::sqrt((1 - cosine) * (1 + cosine));
-  const Vec3 left = base + (towards * cosine + beside * sine) * r, right = base + (towards * cosine - beside * sine) * r;
+  const Vec3 left = base + (towards * cosine + beside * sine) * r,
+             right = base + (towards * cosine - beside * sine) * r;
   const std::array<Vec3, 4> corners{left, left + along, right + along, right};
   const double sign = dot(cross(corners[1] - corners[0], corners[3] - corners[0]), corners[0]) > 0 ? 1 : -1;
   DiscCover& cover = covers.emplace_back();

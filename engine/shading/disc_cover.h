@@ -34,8 +34,8 @@ struct Quadratic {
   double a = 0, b = 0, c = 0, d = 0, e = 0, f = 0;
 };
 
-/// A convex part of a disc that an occluder hides: where every one of `edges` is ≥ 0 and, if `is_round`, `round` too – a
-/// cone around a sphere or disc, of which edges[0] selects the half in front.
+/// A convex part of a disc that an occluder hides: where every one of `edges` is ≥ 0 and, if `is_round`, `round` too –
+/// a cone around a sphere or disc, of which edges[0] selects the half in front.
 struct DiscCover {
   std::array<Linear, 4> edges{};
   std::size_t edge_count = 0;

@@ -98,7 +98,8 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
     const Vec3 towards = axis + u * x + v * y;
     ++counters_.shadow;
     crossed_.clear();
-    return accel::cross_transparent(scene_.world, {leave_surface(at.surface, towards), towards, at.id}, limit, crossed_);
+    return accel::cross_transparent(scene_.world, {leave_surface(at.surface, towards), towards, at.id}, limit,
+                                    crossed_);
   };
   if (use_candidates_) {
     const Vec3 from = leave_surface(at.surface, at.facing);
@@ -166,7 +167,8 @@ bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has
     const accel::Item& item = world.items[id];
     const std::size_t first = covers_.size();
     const auto in_item_space = [&] {
-      return item.placement == accel::not_placed ? view : view.in_space(world.placements[item.placement].world_to_local);
+      return item.placement == accel::not_placed ? view
+                                                 : view.in_space(world.placements[item.placement].world_to_local);
     };
     bool is_simple = false;
     int crossings = 1;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/accel/queries.h"
 #include "engine/accel/candidates.h"
+#include "engine/accel/queries.h"
 #include "engine/geometry/surface.h"
 #include "engine/sampling/patterns.h"
 #include "engine/shading/chord_sweep.h"

@@ -137,7 +137,9 @@ TEST_CASE("a capped cylinder hides what segments that cross it say") {
     const double z = 3 + 3 * uniform(random);
     const geometry::CylinderShape cylinder{{spread(random) * z / 8, spread(random) * z / 8, z},
                                            math::normalize({spread(random), spread(random), spread(random)}),
-                                           0.05 + 0.3 * uniform(random), 0.1 + 2 * uniform(random), true};
+                                           0.05 + 0.3 * uniform(random),
+                                           0.1 + 2 * uniform(random),
+                                           true};
     std::vector<DiscCover> covers;
     if (!append_cover(cylinder, unit_view(), covers)) continue;
     ++told;

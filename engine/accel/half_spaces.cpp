@@ -1,0 +1,101 @@
+#include "engine/accel/half_spaces.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/accel/wide_tree.h"
+#include "engine/math/error_free.h"
+
+namespace penumbra::accel {
+namespace {
+
+using math::abs;
+using math::dot;
+using math::gamma;
+
+}  // namespace
+
+HalfSpaces::HalfSpaces(const Vec3& base, double reach, const math::Bounds& bounds)
+    : base_(base), reach_(reach), bounds_(bounds) {
+  const Vec3 margin = Vec3{reach, reach, reach} * gamma(16);
+  bounds_.lower = bounds_.lower - margin;
+  bounds_.upper = bounds_.upper + margin;
+}
+
+void HalfSpaces::add(const Vec3& outward, double offset) {
+  const Vec3 size = abs(outward);
+  sides_[static_cast<std::size_t>(count_++)] = {outward, size, offset, gamma(64) * (size.x + size.y + size.z) * reach_};
+}
+
+void HalfSpaces::add_far(const Vec3& outward, double offset) {
+  far_ = count_;
+  add(outward, offset);
+}
+
+bool HalfSpaces::is_apart(const Vec3& lower, const Vec3& upper) const {
+  return lower.x > bounds_.upper.x || upper.x < bounds_.lower.x || lower.y > bounds_.upper.y ||
+         upper.y < bounds_.lower.y || lower.z > bounds_.upper.z || upper.z < bounds_.lower.z;
+}
+
+bool HalfSpaces::miss(const math::Bounds& box) const {
+  if (is_apart(box.lower, box.upper)) return true;
+  const Vec3 half = box.extent() * 0.5, centre = box.centre() - base_;
+  return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
+    const double radius = dot(side.size, half);
+    return dot(side.outward, centre) - radius > side.offset + side.slack + gamma(32) * radius;
+  });
+}
+
+bool HalfSpaces::miss(const geometry::TriangleVertices& triangle) const {
+  // What the triangle's own box would reject: so the answer does not depend on the boxes around it.
+  const Vec3 lower = math::min(triangle.v0, math::min(triangle.v1, triangle.v2));
+  const Vec3 upper = math::max(triangle.v0, math::max(triangle.v1, triangle.v2));
+  if (is_apart(lower, upper)) return true;
+  const Vec3 a = triangle.v0 - base_, b = triangle.v1 - base_, c = triangle.v2 - base_;
+  const Vec3 size = math::max(abs(a), math::max(abs(b), abs(c)));
+  return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
+    const double threshold = side.offset + side.slack + gamma(32) * dot(side.size, size);
+    return dot(side.outward, a) > threshold && dot(side.outward, b) > threshold && dot(side.outward, c) > threshold;
+  });
+}
+
+bool HalfSpaces::miss(const geometry::SphereShape& sphere) const {
+  const Vec3 reach{sphere.radius, sphere.radius, sphere.radius};
+  if (is_apart(sphere.center - reach, sphere.center + reach)) return true;
+  const Vec3 centre = sphere.center - base_;
+  return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
+    const double radius = math::length(side.outward) * sphere.radius;
+    return dot(side.outward, centre) - radius >
+           side.offset + side.slack + gamma(32) * (radius + dot(side.size, abs(centre)));
+  });
+}
+
+HalfSpaces::FloatPlanes HalfSpaces::in_single_precision(const Vec3& origin) const {
+  FloatPlanes result;
+  result.count = count_;
+  result.far = far_;
+  for (int axis = 0; axis < 3; ++axis) {
+    result.lower[axis] = rounded_down(bounds_.lower[axis] - origin[axis]);
+    result.upper[axis] = rounded_up(bounds_.upper[axis] - origin[axis]);
+  }
+  const Vec3 base = base_ - origin;
+  for (int i = 0; i < count_; ++i) {
+    const Side& side = sides_[static_cast<std::size_t>(i)];
+    // Normals scaled to 1, so that products of single precision neither overflow nor vanish.
+    const double scale = 1 / std::max(math::max_component(side.size), 1e-300);
+    FloatPlanes::Plane& plane = result.plane[i];
+    const double offset = side.offset + dot(side.outward, base);
+    for (int axis = 0; axis < 3; ++axis) {
+      plane.outward[axis] = static_cast<float>(side.outward[axis] * scale);
+      plane.nearest_row[axis] = plane.outward[axis] > 0 ? axis : axis + 3;
+    }
+    plane.offset = static_cast<float>(offset * scale);
+    // |outward| ≤ the sum of its components, of which the largest is 1: an upper bound within rounding.
+    plane.length = static_cast<float>(std::sqrt(dot(side.outward, side.outward)) * scale * (1 + 0x1p-22));
+    plane.slack =
+        static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(base)))) * scale);
+  }
+  return result;
+}
+
+}  // namespace penumbra::accel
