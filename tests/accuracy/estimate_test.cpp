@@ -14,6 +14,18 @@ using namespace penumbra;
 
 namespace {
 
+/// All scenes, or every fifth where a sanitizer slows each down.
+std::vector<test::NamedJob> scenes() {
+  std::vector<test::NamedJob> all = test::estimate_scenes();
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  std::vector<test::NamedJob> some;
+  for (std::size_t i = 0; i < all.size(); i += 5) some.push_back(std::move(all[i]));
+  return some;
+#else
+  return all;
+#endif
+}
+
 void make_soft(scene::Description& scene, double radius) {
   for (scene::Light& light : scene.lights) {
     if (auto* point = std::get_if<scene::PointLight>(&light)) point->radius = radius;
@@ -47,7 +59,7 @@ Reference reference_of(api::JobRequest job) {
 }  // namespace
 
 TEST_CASE("the estimated error is within a factor of two of the true one") {
-  for (test::NamedJob& named : test::estimate_scenes()) {
+  for (test::NamedJob& named : scenes()) {
     const Reference reference = reference_of(named.job);
     for (const int samples : {1, 4, 16, 64, 256}) {
       named.job.options.shadow_samples = samples;
@@ -65,7 +77,7 @@ TEST_CASE("the estimated error is within a factor of two of the true one") {
 }
 
 TEST_CASE("with a target the error of the picture stays below it, and looser targets cost less") {
-  for (test::NamedJob& named : test::estimate_scenes()) {
+  for (test::NamedJob& named : scenes()) {
     const Reference reference = reference_of(named.job);
     scene::Options& options = named.job.options;
     options.shadow_samples = 256;
@@ -89,7 +101,7 @@ TEST_CASE("with a target the error of the picture stays below it, and looser tar
 }
 
 TEST_CASE("with a target out of reach the picture is as good as the caps allow") {
-  for (test::NamedJob& named : test::estimate_scenes()) {
+  for (test::NamedJob& named : scenes()) {
     named.job.options.shadow_samples = 16;
     const Reference reference = reference_of(named.job);
     const double capped = test::rmse(test::render(named.job).film.rgb, reference.mean);

@@ -208,3 +208,13 @@ TEST_CASE("a file that cannot be written is a failure") {
   CHECK(penumbra(folder, "validate " + file + to_a_full_disk).status == 1);
   CHECK(penumbra(folder, "render " + file + " --stats - -o " + folder / "a.png" + to_a_full_disk).status == 1);
 }
+
+TEST_CASE("a PNG is written without OpenImageIO's module, an EXR is not") {
+  const Folder folder;
+  fs::create_directories(folder / "bin");
+  fs::copy_file(PENUMBRA_BIN_DIR "/penumbra", folder / "bin/penumbra");
+  const std::string words =
+      (folder / "bin/penumbra") + " render " + folder.file("job.json", job) + " -o " + (folder / "image");
+  CHECK(std::system((words + ".png 2>/dev/null").c_str()) == 0);
+  CHECK(std::system((words + ".exr 2>/dev/null").c_str()) != 0);
+}

@@ -11,13 +11,15 @@ using test::Vec3;
 
 namespace {
 
-/// A box, a ball, a can and a floor on coordinates that survive scaling by 2^±20 and moving by 10⁶ exactly.
+/// A ball, a can, a pipe and floors on coordinates that survive scaling by 2^±20 and moving by 10⁶ exactly.
 api::JobRequest still_life(double scale, const Vec3& shift) {
   const auto p = [&](double x, double y, double z) { return Vec3{x, y, z} * scale + shift; };
   api::JobRequest job;
   job.scene = test::with_objects({
       {scene::Sphere{p(-1.5, 1, 0), scale}, {}},
       {scene::Cylinder{p(1.5, 0, 0.5), {0, 1, 0}, 0.75 * scale, 1.5 * scale, true}, {}},
+      {scene::Tube{p(0, 0.5, -4), {1, 0.125, 0.25}, 0.5 * scale}, {}},
+      {scene::Plane{p(0, -1, 0), {0, 1, 0}}, {}},
       {scene::Polygon{{p(-6, 0, 6), p(6, 0, 6), p(6, 0, -6), p(-6, 0, -6)}}, {}},
       {scene::Polygon{{p(-0.5, 0, 2), p(0.5, 0, 2), p(0.5, 1.25, 1.5), p(-0.5, 1.25, 1.5)}}, {}},
   });
