@@ -17,7 +17,9 @@ ImageResult write(const ImageRequest& request) {
   if (!output) return {false, OIIO::geterror()};
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput sink(bytes);
-  const OIIO::ImageSpec spec(request.width, request.height, 3, OIIO::TypeDesc::FLOAT);
+  OIIO::ImageSpec spec(request.width, request.height, 3, OIIO::TypeDesc::FLOAT);
+  // Otherwise the library writes the time of day, and equal pictures would not be equal bytes.
+  spec.attribute("DateTime", "1970:01:01 00:00:00");
   if (!output->set_ioproxy(&sink) || !output->open(name, spec) ||
       !output->write_image(OIIO::TypeDesc::FLOAT, request.pixels) || !output->close())
     return {false, output->geterror()};

@@ -2,9 +2,11 @@
 #include <OpenImageIO/imageio.h>
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <thread>
 
 #include "engine/output/encode.h"
 #include "engine/output/transfer.h"
@@ -99,4 +101,11 @@ TEST_CASE("EXR files hold the floats themselves, unclamped") {
   const render::Film film = ramp();
   const std::string exr = output::encode(film, {scene::ImageFormat::exr, scene::Transfer::srgb, 8});
   CHECK(read_back<float>(exr, ".exr", OIIO::TypeDesc::FLOAT) == film.rgb);
+}
+
+TEST_CASE("EXR files are the same whenever they are written") {
+  const output::Encoding encoding{scene::ImageFormat::exr, scene::Transfer::srgb, 8};
+  const std::string first = output::encode(ramp(), encoding);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // the library's clock has seconds
+  CHECK(output::encode(ramp(), encoding) == first);
 }
