@@ -1,6 +1,6 @@
 // Time against error: Penumbra beside brute force with Embree, interleaved in one process, against a reference.
 // Usage: bench_error SCENE.json --references FOLDER [--json FILE] [--threads N] [--runs N] [--edge PIXELS]
-//                    [--target RMSE] [--save FOLDER]
+//                    [--target RMSE] [--save FOLDER] [--only penumbra]
 // Budgets grow until the error is below the target. --save writes the pictures of the largest budgets as bare floats,
 // three a pixel.
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace penumbra::bench {
 namespace {
 
 struct Arguments {
-  std::string scene, references, json, save;
+  std::string scene, references, json, save, only;
   int threads = 2, runs = 8, edge = 800;
   double target = 8e-4;
 };
@@ -151,6 +151,9 @@ int bench(const Arguments& arguments) {
            {}});
     }
   }
+  if (!arguments.only.empty()) {
+    std::erase_if(contestants, [&](const Contestant& c) { return c.name != arguments.only; });
+  }
   compete(contestants, reference.film, arguments);
 
   std::string bytes;
@@ -190,6 +193,7 @@ int main(int argc, char** argv) {
     if (name == "--references") arguments.references = value;
     if (name == "--json") arguments.json = value;
     if (name == "--save") arguments.save = value;
+    if (name == "--only") arguments.only = value;
     if (name == "--threads") arguments.threads = std::stoi(value);
     if (name == "--runs") arguments.runs = std::stoi(value);
     if (name == "--edge") arguments.edge = std::stoi(value);
