@@ -133,7 +133,8 @@ void EmbreeScene::add_spheres(const Part& part, unsigned id) {
 }
 
 void EmbreeScene::add_cylinders(const Part& part, unsigned id) {
-  const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_CONE_LINEAR_CURVE);
+  // Rounded ends, inside other objects; Embree's flat-ended cones hide themselves from rays that leave them.
+  const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
   const std::size_t count = part.members.size();
   auto* to = new_buffer<float>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, 4, 2 * count);
   auto* index = new_buffer<unsigned>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, 1, count);
