@@ -31,8 +31,8 @@ def time_at(target, curve):
 
 def run_curves(budgets):
     """The curve of each run by itself: its own seconds, the median error."""
-    runs = min(len(b["seconds"]) for b in budgets)
-    return [[(statistics.median(b["rmse"]), b["seconds"][i]) for b in budgets] for i in range(runs)]
+    runs = max(len(b["seconds"]) for b in budgets)
+    return [[(statistics.median(b["rmse"]), b["seconds"][i % len(b["seconds"])]) for b in budgets] for i in range(runs)]
 
 
 def ratios_at(target, peer, penumbra):
