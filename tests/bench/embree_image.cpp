@@ -9,35 +9,19 @@
 namespace penumbra::bench {
 namespace {
 
-/// Ready-made jittered grids on the disc: a (hit, light) takes one and turns it, which costs nothing beside its rays.
-class JitteredGrids {
- public:
-  static constexpr std::uint32_t count = 64;
-
-  JitteredGrids(int samples, std::uint64_t seed) : samples_(samples) {
-    const int edge = static_cast<int>(std::lround(std::sqrt(samples)));
-    Random random(seed);
-    for (std::uint32_t grid = 0; grid < count; ++grid) {
-      for (int i = 0; i < samples; ++i) {
-        const float u = (static_cast<float>(i % edge) + random.uniform()) / static_cast<float>(edge);
-        const float v = (static_cast<float>(i / edge) + random.uniform()) / static_cast<float>(edge);
-        const DiscPoint p = concentric(u, v);
-        x_.push_back(p.x), y_.push_back(p.y);
-      }
-    }
-  }
-  int samples() const { return samples_; }
-  const float* x(std::uint32_t grid) const { return &x_[grid * static_cast<std::size_t>(samples_)]; }
-  const float* y(std::uint32_t grid) const { return &y_[grid * static_cast<std::size_t>(samples_)]; }
-
- private:
-  int samples_;
-  std::vector<float> x_, y_;
-};
+DiscPatterns jittered_grids(int samples, std::uint64_t seed) {
+  const int edge = static_cast<int>(std::lround(std::sqrt(samples)));
+  Random random(seed);
+  return {samples, [&](std::uint32_t, int i) {
+            const float u = (static_cast<float>(i % edge) + random.uniform()) / static_cast<float>(edge);
+            const float v = (static_cast<float>(i / edge) + random.uniform()) / static_cast<float>(edge);
+            return concentric(u, v);
+          }};
+}
 
 class EmbreeQueries {
  public:
-  EmbreeQueries(const EmbreeScene& embree, const FlatScene& flat, const JitteredGrids& grids,
+  EmbreeQueries(const EmbreeScene& embree, const FlatScene& flat, const DiscPatterns& grids,
                 const BruteForceSettings& settings)
       : embree_(embree), flat_(flat), grids_(grids), settings_(settings) {}
 
@@ -55,18 +39,17 @@ class EmbreeQueries {
       return cast_shadow_rays(embree_, {origin, towards, u, v}, &middle, &middle, 1, 1).sum;
     }
     Random random(place ^ (settings_.seed << 48));
-    const std::uint32_t grid = random.bits() % JitteredGrids::count;
-    const double angle = 2 * M_PI * static_cast<double>(random.uniform());
-    const double c = std::cos(angle), s = std::sin(angle);
-    const ShadowSum result = cast_shadow_rays(embree_, {origin, towards, u * c + v * s, v * c - u * s}, grids_.x(grid),
-                                              grids_.y(grid), grids_.samples(), settings_.packet_width);
+    const std::uint32_t grid = random.bits() % DiscPatterns::count;
+    const DiscTarget target = DiscTarget{origin, towards, u, v}.turned(random.uniform());
+    const ShadowSum result =
+        cast_shadow_rays(embree_, target, grids_.x(grid), grids_.y(grid), grids_.samples(), settings_.packet_width);
     return result.sum * (1.0 / grids_.samples());
   }
 
  private:
   const EmbreeScene& embree_;
   const FlatScene& flat_;
-  const JitteredGrids& grids_;
+  const DiscPatterns& grids_;
   const BruteForceSettings& settings_;
 };
 
@@ -74,7 +57,7 @@ class EmbreeQueries {
 
 render::Film brute_force(const scene::Description& description, const FlatScene& flat, const EmbreeScene& embree,
                          const BruteForceSettings& settings) {
-  const JitteredGrids grids(settings.shadow_samples, settings.seed);
+  const DiscPatterns grids = jittered_grids(settings.shadow_samples, settings.seed);
   const std::vector<scene::SpotLight> lights = merged_lights(description);
   const PinholeCamera camera(description.camera, settings.width, settings.height);
   render::Film film(settings.width, settings.height);

@@ -14,6 +14,13 @@ Vec3 off_surface(const EmbreeScene& embree, const SurfaceHit& hit, const Vec3& t
 /// A disc of light as the lit point sees it: its centre is at origin + axis.
 struct DiscTarget {
   Vec3 origin, axis, u, v;
+
+  /// The disc turned around its centre by this share of a circle.
+  DiscTarget turned(float share) const {
+    const double angle = 2 * M_PI * static_cast<double>(share);
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {origin, axis, u * c + v * s, v * c - u * s};
+  }
 };
 
 struct ShadowSum {

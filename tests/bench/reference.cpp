@@ -14,27 +14,33 @@
 namespace penumbra::bench {
 namespace {
 
-/// The first points of the two-dimensional Sobol' sequence, in units of 2^−32.
-struct SobolPoints {
-  std::vector<std::uint32_t> x, y;
-
-  explicit SobolPoints(int count) {
-    for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(count); ++i) {
-      std::uint32_t first = 0, second = 0, direction = 1u << 31;
-      for (std::uint32_t bits = i, bit = 0; bits; bits >>= 1, ++bit, direction ^= direction >> 1) {
-        if (!(bits & 1)) continue;
-        first ^= 1u << (31 - bit);
-        second ^= direction;
-      }
-      x.push_back(first), y.push_back(second);
+/// Point i of the two-dimensional Sobol' sequence, in units of 2^−32.
+struct SobolPoint {
+  std::uint32_t x = 0, y = 0;
+  explicit SobolPoint(std::uint32_t i) {
+    std::uint32_t direction = 1u << 31;
+    for (std::uint32_t bit = 31; i; i >>= 1, --bit, direction ^= direction >> 1) {
+      if (!(i & 1)) continue;
+      x ^= 1u << bit;
+      y ^= direction;
     }
   }
 };
 
+DiscPatterns shifted_sobol_sets(int samples) {
+  return {samples, [](std::uint32_t set, int i) {
+            Random random(set);
+            const SobolPoint point(static_cast<std::uint32_t>(i));
+            const auto fraction = [](std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; };
+            const float u = fraction(point.x ^ random.bits());
+            return concentric(u, fraction(point.y ^ random.bits()));
+          }};
+}
+
 class ReferenceQueries {
  public:
-  ReferenceQueries(const ExactHits& hits, const EmbreeScene& embree, const SobolPoints& points)
-      : hits_(hits), embree_(embree), points_(points), x_(points.x.size()), y_(points.x.size()) {}
+  ReferenceQueries(const ExactHits& hits, const EmbreeScene& embree, const DiscPatterns& points, int probing_samples)
+      : hits_(hits), embree_(embree), points_(points), probing_samples_(probing_samples) {}
 
   void start(int samples, std::uint64_t half) {
     samples_ = samples, half_ = half, is_mixed_ = false, is_camera_ = true;
@@ -55,23 +61,24 @@ class ReferenceQueries {
     const Vec3 towards = axis - (origin - hit.position);
     const bool is_hard = u == Vec3{};
     const int count = is_hard ? 1 : samples_;
+    // The halves take sets of their own, even and odd.
     Random random(place * 2 + half_ + 0x5eed);
-    const std::uint32_t shift_x = random.bits(), shift_y = random.bits();
-    const auto fraction = [](std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; };
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      const DiscPoint p = concentric(fraction(points_.x[i] ^ shift_x), fraction(points_.y[i] ^ shift_y));
-      x_[i] = p.x, y_[i] = p.y;
-    }
-    const ShadowSum result = cast_shadow_rays(embree_, {origin, towards, u, v}, x_.data(), y_.data(), count, 16);
+    const auto set = static_cast<std::uint32_t>(random.bits() % (DiscPatterns::count / 2) * 2 + half_);
+    const DiscTarget target = DiscTarget{origin, towards, u, v}.turned(random.uniform());
+    const int probes = std::min(count, probing_samples_);
+    ShadowSum result = cast_shadow_rays(embree_, target, points_.x(set), points_.y(set), probes, 16);
     is_mixed_ = is_mixed_ || result.is_mixed;
+    if (!result.is_mixed || probes == count) return result.sum * (1.0 / probes);
+    result.sum +=
+        cast_shadow_rays(embree_, target, points_.x(set) + probes, points_.y(set) + probes, count - probes, 16).sum;
     return result.sum * (1.0 / count);
   }
 
  private:
   const ExactHits& hits_;
   const EmbreeScene& embree_;
-  const SobolPoints& points_;
-  std::vector<float> x_, y_;
+  const DiscPatterns& points_;
+  int probing_samples_;
   int samples_ = 1;
   std::uint64_t half_ = 0;
   bool is_mixed_ = false, is_camera_ = true;
@@ -102,7 +109,7 @@ std::vector<std::uint8_t> dilated(const std::vector<std::uint8_t>& marks, int wi
 Reference make(const scene::Description& description, const FlatScene& flat, const ReferenceSettings& settings) {
   const ExactHits hits(flat);
   const EmbreeScene embree(flat, description.materials, {settings.threads, true});
-  const SobolPoints points(settings.samples);
+  const DiscPatterns points = shifted_sobol_sets(settings.samples);
   const std::vector<scene::SpotLight> lights = merged_lights(description);
   const PinholeCamera camera(description.camera, settings.width, settings.height);
   render::Film a(settings.width, settings.height), b(settings.width, settings.height);
@@ -110,7 +117,7 @@ Reference make(const scene::Description& description, const FlatScene& flat, con
   std::vector<std::uint8_t> mixed(pixels), wanted;
   const auto sweep = [&](bool is_scouting) {
     timed_in_pieces(pixels, settings.threads, [&](std::size_t first, std::size_t last) {
-      ReferenceQueries queries(hits, embree, points);
+      ReferenceQueries queries(hits, embree, points, settings.probing_samples);
       ContractImage image(description, lights, queries);
       for (std::size_t i = first; i < last; ++i) {
         if (!is_scouting && !wanted[i]) continue;

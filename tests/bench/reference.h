@@ -10,6 +10,7 @@ struct ReferenceSettings {
   int width = 800, height = 800;
   int samples = 2048;          // of each half
   int scouting_samples = 256;  // where all of these agree in a pixel and its neighbourhood, they are enough
+  int probing_samples = 512;   // elsewhere, where all of these agree for one (hit, light), they are enough
   int threads = 1;
 };
 
