@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "api/problem.h"
+
 namespace penumbra::api {
 
 enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
@@ -35,6 +37,8 @@ struct JsonDocument {
   std::vector<JsonNode> nodes;  // never empty: nodes[0] is the whole
   std::string text;
   std::vector<double> numbers;
+  /// An object that names a member twice has no one meaning (RFC 8259, 4): one error a name, up to 100.
+  std::vector<FieldError> duplicates;
 
   JsonView root() const;
 };

@@ -102,13 +102,7 @@ class Builder {
     refuse_syntax(text_, byte, reason_of(error.what()));
   }
 
-  JsonDocument take() {
-    if (!duplicates_.empty()) {
-      throw InvalidBody({"/problems/duplicate-member", "The body names a member twice", 400,
-                         "the body names a member twice, so it has no one meaning", std::move(duplicates_)});
-    }
-    return std::move(document_);
-  }
+  JsonDocument take() { return std::move(document_); }
 
  private:
   static JsonNode node_of(Tag tag) {
@@ -218,12 +212,12 @@ class Builder {
     for (const JsonView member : view) keys.push_back(member.key());
     std::sort(keys.begin(), keys.end());
     const std::string_view* reported = nullptr;
-    for (std::size_t i = 1; i < keys.size() && duplicates_.size() < max_field_errors; ++i) {
+    for (std::size_t i = 1; i < keys.size() && document_.duplicates.size() < max_field_errors; ++i) {
       if (keys[i] != keys[i - 1] || (reported != nullptr && *reported == keys[i])) continue;
       reported = &keys[i];
       std::string place = pointer();
       if (!open_.empty()) place += token_in(open_.back(), object);
-      duplicates_.push_back({place + pointer_step(keys[i]), "is given more than once"});
+      document_.duplicates.push_back({place + pointer_step(keys[i]), "is given more than once"});
     }
   }
 
@@ -232,7 +226,6 @@ class Builder {
   JsonDocument document_;
   std::vector<std::uint32_t> open_;  // the arrays and objects around the next value
   std::uint32_t key_begin_ = 0, key_size_ = 0;
-  std::vector<FieldError> duplicates_;
 };
 
 }  // namespace

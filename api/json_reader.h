@@ -15,10 +15,10 @@ struct JsonBudget {
   std::size_t max_key_bytes = 256;        // of each member's name
 };
 
-/// Reads RFC 8259 text: UTF-8 without a byte order mark, every number within the range of double, no member named
-/// twice. Throws InvalidBody: 413 over max_bytes; 400 with the byte's position when the text is not JSON, and 400 with
-/// the pointers when a member is named twice, for then the text has no one meaning; 422 with the pointer over another
-/// budget, or for a number too large for double.
+/// Reads RFC 8259 text: UTF-8 without a byte order mark, every number within the range of double. Throws InvalidBody:
+/// 413 over max_bytes; 400 with the byte's position when the text is not JSON; 422 with the pointer over another
+/// budget, or for a number too large for double. Members named twice are left to the caller, in
+/// JsonDocument::duplicates.
 JsonDocument read_json(std::string_view text, const JsonBudget& budget = {});
 
 }  // namespace penumbra::api

@@ -83,6 +83,7 @@ JobRequest parse_job(std::string_view body, const std::vector<std::string>& over
   const JsonDocument no_options = read_json("{}", budget);
 
   ErrorList errors;
+  for (const FieldError& twice : document.duplicates) errors.add(twice.pointer, twice.detail);
   const Field whole(document.root(), errors);
   const std::vector<Override> set = read_overrides(overrides, budget, errors);
   JobRequest request;

@@ -20,7 +20,11 @@ int main(int argc, char** argv) {
   }
   try {
     for (const Command& command : commands) {
-      if (command.app->parsed()) return command.run();
+      if (!command.app->parsed()) continue;
+      const int status = command.run();
+      if (std::cout.flush()) return status;
+      std::cerr << "penumbra: standard output cannot be written\n";
+      return status_failed;
     }
   } catch (const UnusableArgument& error) {
     std::cerr << "penumbra: " << error.what() << "\n";

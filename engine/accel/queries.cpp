@@ -33,7 +33,7 @@ Crossings local_crossings(const World& world, const Item& item, const Vec3& orig
       return crossings(world.tubes[item.index], origin, direction, self);
     case Kind::cylinder:
       return crossings(world.cylinders[item.index], origin, direction, self);
-    case Kind::triangle:
+    case Kind::patch:
     case Kind::mesh:
       break;
   }
@@ -94,7 +94,7 @@ void find_nearest(const Structure& structure, const OwnedTriangles& triangles, c
       [&](std::uint32_t triangle) {
         const SurfaceId surface = triangles.surface(triangle);
         if (self == surface) return false;
-        if (const auto hit = intersect(triangles.set[triangle], ray, nearest.limit))
+        if (const auto hit = intersect(triangles[triangle], ray, nearest.limit))
           nearest.offer(hit->t, surface, hit->b1, hit->b2);
         return false;
       },
@@ -112,20 +112,12 @@ bool find_opaque(const Structure& structure, const OwnedTriangles& triangles, co
       *structure.plain, ray, [&] { return limit; },
       [&](std::uint32_t triangle) {
         const SurfaceId surface = triangles.surface(triangle);
-        if (self == surface || !intersect(triangles.set[triangle], ray, limit)) return false;
+        if (self == surface || !intersect(triangles[triangle], ray, limit)) return false;
         if (world.items[surface.item].is_opaque) return true;
         crossed.add(surface.item);
         return false;
       },
       [&](std::uint32_t item) { return cross_item(world, item, ray, self, limit, crossed); });
-}
-
-OwnedTriangles loose_triangles(const World& world) {
-  return {world.triangles, not_placed, world.triangle_items.data()};
-}
-
-OwnedTriangles triangles_of(const MeshShape& mesh, std::uint32_t id, const Item& item) {
-  return {mesh.triangles, id, nullptr, item.is_opaque};
 }
 
 }  // namespace
@@ -135,7 +127,7 @@ void find_in_item(const World& world, std::uint32_t id, const PreparedRay& ray, 
   const Item& item = world.items[id];
   if (item.kind == Kind::mesh) {
     in_mesh_space(world, item, ray, [&](const MeshShape& mesh, const PreparedRay& local) {
-      find_nearest(mesh.structure, triangles_of(mesh, id, item), world, local, self, nearest);
+      find_nearest(mesh.structure, OwnedTriangles(world, id), world, local, self, nearest);
     });
     return;
   }
@@ -148,7 +140,7 @@ bool cross_item(const World& world, std::uint32_t id, const PreparedRay& ray, co
   const Item& item = world.items[id];
   if (item.kind == Kind::mesh) {
     return in_mesh_space(world, item, ray, [&](const MeshShape& mesh, const PreparedRay& local) {
-      return find_opaque(mesh.structure, triangles_of(mesh, id, item), world, local, self, limit, crossed);
+      return find_opaque(mesh.structure, OwnedTriangles(world, id), world, local, self, limit, crossed);
     });
   }
   const Crossings found = world_crossings(world, item, ray, self_part(self, id));
@@ -168,7 +160,7 @@ std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit)
   const PreparedRay prepared(ray.origin, ray.direction);
   Nearest nearest{std::nullopt, limit};
   for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, prepared, ray.self, nearest);
-  find_nearest(world.structure, loose_triangles(world), world, prepared, ray.self, nearest);
+  find_nearest(world.structure, OwnedTriangles(world), world, prepared, ray.self, nearest);
   return nearest.hit;
 }
 
@@ -177,7 +169,7 @@ bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed
   for (const std::uint32_t item : world.infinite_items) {
     if (cross_item(world, item, prepared, ray.self, limit, crossed)) return false;
   }
-  return !find_opaque(world.structure, loose_triangles(world), world, prepared, ray.self, limit, crossed);
+  return !find_opaque(world.structure, OwnedTriangles(world), world, prepared, ray.self, limit, crossed);
 }
 
 int count_crossings(const World& world, std::uint32_t id, const Ray& ray, double limit) {
@@ -186,21 +178,27 @@ int count_crossings(const World& world, std::uint32_t id, const Ray& ray, double
   return static_cast<int>(std::count_if(found.t, found.t + found.count, [&](double t) { return t < limit; }));
 }
 
+namespace {
+
+geometry::SurfacePoint point_on_triangle(const TriangleSet& triangles, std::uint32_t index, const Hit& hit) {
+  geometry::SurfacePoint point = point_on(triangles[index], hit.b1, hit.b2);
+  if (triangles.normals.empty()) return point;
+  const auto& [a, b, c] = triangles.corners[index];
+  const Vec3 sum = triangles.normals[a] * (1 - hit.b1 - hit.b2) + triangles.normals[b] * hit.b1 +
+                   triangles.normals[c] * hit.b2;
+  if (math::max_component(math::abs(sum)) > 0) point.shading_normal = math::normalize(sum);
+  return point;
+}
+
+}  // namespace
+
 geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit& hit) {
   const Item& item = world.items[hit.surface.item];
-  if (item.kind == Kind::triangle) return point_on(world.triangles[item.index], hit.b1, hit.b2);
+  if (item.kind == Kind::patch) return point_on_triangle(world.triangles, item.index + hit.surface.part, hit);
   const Placement* placement = item.placement == not_placed ? nullptr : &world.placements[item.placement];
   const auto local_point = [&]() -> geometry::SurfacePoint {
-    if (item.kind == Kind::mesh) {
-      const MeshShape& mesh = world.meshes[item.index];
-      geometry::SurfacePoint point = point_on(mesh.triangles[hit.surface.part], hit.b1, hit.b2);
-      if (!mesh.normals.empty()) {
-        const auto& [a, b, c] = mesh.triangles.corners[hit.surface.part];
-        const Vec3 sum = mesh.normals[a] * (1 - hit.b1 - hit.b2) + mesh.normals[b] * hit.b1 + mesh.normals[c] * hit.b2;
-        if (math::max_component(math::abs(sum)) > 0) point.shading_normal = math::normalize(sum);
-      }
-      return point;
-    }
+    if (item.kind == Kind::mesh)
+      return point_on_triangle(world.meshes[item.index].triangles, hit.surface.part, hit);
     const Vec3 world_point = ray.origin + ray.direction * hit.t;
     const Vec3 near = placement == nullptr ? world_point : placement->world_to_local.point(world_point);
     switch (item.kind) {

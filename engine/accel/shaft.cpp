@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/accel/queries.h"
-#include "engine/accel/tree.h"
-#include "engine/accel/wide_walk.h"
+#include "engine/accel/wide_tree.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
@@ -35,8 +33,8 @@ struct TrianglePlane {
 
 }  // namespace
 
-Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite)
-    : apex_(apex), corners_(corners), is_infinite_(is_infinite) {
+Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor)
+    : apex_(apex), corners_(corners), floor_(floor), is_infinite_(is_infinite) {
   bounds_.include(apex);
   double reach = taxicab(apex);
   Vec3 middle;
@@ -73,6 +71,7 @@ Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infin
     add_side(forward, farthest);
   }
   add_side(-forward, 0);
+  if (taxicab(floor) > 0) add_side(-floor, 0);
   const Vec3 margin = abs(apex) * gamma(8) + Vec3{reach, reach, reach} * gamma(8);
   bounds_.lower = bounds_.lower - margin;
   bounds_.upper = bounds_.upper + margin;
@@ -82,7 +81,7 @@ Shaft Shaft::in_space_of(const Placement& placement) const {
   const math::Affine& map = placement.world_to_local;
   std::array<Vec3, 4> corners;
   for (std::size_t i = 0; i < 4; ++i) corners[i] = is_infinite_ ? map.vector(corners_[i]) : map.point(corners_[i]);
-  return {map.point(apex_), corners, is_infinite_};
+  return {map.point(apex_), corners, is_infinite_, placement.local_to_world.transposed_vector(floor_)};
 }
 
 bool Shaft::is_apart(const Vec3& lower, const Vec3& upper) const {
@@ -104,6 +103,7 @@ bool Shaft::misses(const math::Bounds& box) const {
 Shaft::BoxPlanes Shaft::box_planes(const Vec3& origin) const {
   BoxPlanes result;
   result.count = side_count_;
+  result.far = is_infinite_ ? -1 : 4;
   for (int axis = 0; axis < 3; ++axis) {
     result.lower[axis] = rounded_down(bounds_.lower[axis] - origin[axis]);
     result.upper[axis] = rounded_up(bounds_.upper[axis] - origin[axis]);
@@ -120,6 +120,7 @@ Shaft::BoxPlanes Shaft::box_planes(const Vec3& origin) const {
       plane.nearest_row[axis] = plane.outward[axis] > 0 ? axis : axis + 3;
     }
     plane.offset = static_cast<float>(offset * scale);
+    plane.length = static_cast<float>(math::length(side.outward) * scale);
     plane.slack =
         static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(apex)))) * scale);
   }
@@ -223,125 +224,6 @@ bool Shaft::is_covered_by(const geometry::TriangleVertices& triangle) const {
     }
   }
   return true;
-}
-
-namespace {
-
-/// Calls at_triangle(index) and at_other(item) for what the shaft may meet, until one returns true.
-template <class AtTriangle, class AtOther>
-bool search(const Structure& structure, const Shaft& shaft, const AtTriangle& at_triangle, const AtOther& at_other) {
-  if (structure.wide) {
-    struct Visitor final : ShaftVisitor {
-      Visitor(const AtTriangle& t, const AtOther& o) : at_triangle(t), at_other(o) {}
-      bool triangle(std::uint32_t index) override { return at_triangle(index); }
-      bool other(std::uint32_t item) override { return at_other(item); }
-      const AtTriangle& at_triangle;
-      const AtOther& at_other;
-    } visitor(at_triangle, at_other);
-    return walk(*structure.wide, shaft, visitor);
-  }
-  const Tree& tree = *structure.plain;
-  const auto misses = [&](const math::Bounds& box) { return shaft.misses(box); };
-  auto at_leaf = [&](const Tree::Node& leaf) {
-    return std::ranges::any_of(tree.triangles(leaf), at_triangle) || std::ranges::any_of(tree.others(leaf), at_other);
-  };
-  return !misses(tree.root().box) && visit(tree, tree.root(), misses, at_leaf);
-}
-
-}  // namespace
-
-class Candidates::Search {
- public:
-  Search(const World& world, const SurfaceId& self, bool leaves_self, Candidates& found)
-      : world_(world), self_(self), leaves_self_(leaves_self), found_(found) {}
-
-  void collect(const Shaft& shaft) {
-    const auto add_items = [&](const auto& items) {
-      for (const std::uint32_t item : items) {
-        if (add_item(shaft, item)) return true;
-      }
-      return false;
-    };
-    if (add_items(world_.infinite_items)) return;
-    search(
-        world_.structure, shaft,
-        [&](std::uint32_t index) {
-          return add_triangle(shaft, shaft, world_.triangles[index], {world_.triangle_items[index], 0}, nullptr);
-        },
-        [&](std::uint32_t item) { return add_item(shaft, item); });
-  }
-
- private:
-  /// True when the search is over.
-  bool add(const Candidate& candidate) {
-    if (found_.count_ == capacity) return found_.has_overflowed_ = true;
-    found_.list_[static_cast<std::size_t>(found_.count_++)] = candidate;
-    return false;
-  }
-
-  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const geometry::TriangleVertices& triangle,
-                    SurfaceId id, const Placement* placement) {
-    if (id == self_ || shaft.misses(triangle)) return false;
-    Candidate candidate{id, world_.items[id.item].is_opaque, true, triangle};
-    if (placement != nullptr) {
-      const math::Affine& map = placement->local_to_world;
-      candidate.triangle = {map.point(triangle.v0), map.point(triangle.v1), map.point(triangle.v2)};
-    }
-    if (candidate.is_opaque && world_shaft.is_covered_by(candidate.triangle)) return found_.is_dark_ = true;
-    return add(candidate);
-  }
-
-  bool add_item(const Shaft& shaft, std::uint32_t id) {
-    const Item& item = world_.items[id];
-    if (item.kind == Kind::mesh) {
-      if (item.placement == not_placed) return add_mesh(shaft, shaft, id, nullptr);
-      const Placement& placement = world_.placements[item.placement];
-      return add_mesh(shaft, shaft.in_space_of(placement), id, &placement);
-    }
-    if (id == self_.item && (leaves_self_ || item.kind == Kind::plane)) return false;
-    if (item.placement == not_placed) {
-      if (item.kind == Kind::plane && shaft.misses(world_.planes[item.index])) return false;
-      if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
-      if (item.kind == Kind::sphere) {
-        if (shaft.misses(world_.spheres[item.index])) return false;
-        if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
-          return found_.is_dark_ = true;
-      }
-    }
-    if (const auto box = bounds_of(world_, item); box && shaft.misses(*box)) return false;
-    return add({{id, 0}, item.is_opaque, false, {}});
-  }
-
-  bool add_mesh(const Shaft& world_shaft, const Shaft& shaft, std::uint32_t id, const Placement* placement) {
-    const MeshShape& mesh = world_.meshes[world_.items[id].index];
-    return search(
-        mesh.structure, shaft,
-        [&](std::uint32_t part) {
-          return add_triangle(world_shaft, shaft, mesh.triangles[part], {id, part}, placement);
-        },
-        [](std::uint32_t) { return false; });
-  }
-
-  /// Seen from outside, the segments that cross a convex body end in a convex set: four corners inside it prove all.
-  bool covers(const Shaft& shaft, std::uint32_t id) const {
-    const geometry::SphereShape& sphere = world_.spheres[world_.items[id].index];
-    if (!(math::length(shaft.apex() - sphere.center) > sphere.radius)) return false;
-    for (const Vec3& edge : shaft.edges()) {
-      if (count_crossings(world_, id, {shaft.apex(), edge, {}}, 1) == 0) return false;
-    }
-    return true;
-  }
-
-  const World& world_;
-  SurfaceId self_;
-  bool leaves_self_;
-  Candidates& found_;
-};
-
-void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self) {
-  count_ = 0;
-  has_overflowed_ = is_dark_ = false;
-  Search(world, self, leaves_self, *this).collect(shaft);
 }
 
 }  // namespace penumbra::accel

@@ -14,8 +14,9 @@ namespace penumbra::accel {
 /// rounding included.
 class Shaft {
  public:
-  /// `corners` in order around the quadrilateral: points, or directions when `is_infinite`.
-  Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite);
+  /// `corners` in order around the quadrilateral: points, or directions when `is_infinite`. `floor`, if not zero, is the
+  /// normal of a plane through the apex that all corners are above.
+  Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor = {});
 
   bool misses(const math::Bounds& box) const;
   bool misses(const geometry::TriangleVertices& triangle) const;
@@ -30,11 +31,11 @@ class Shaft {
   /// upper x, y, z.
   struct BoxPlanes {
     struct Plane {
-      float outward[3], offset, slack;
+      float outward[3], offset, slack, length;
       int nearest_row[3];
     };
-    Plane plane[6];
-    int count;
+    Plane plane[7];
+    int count, far;  // far: which is the far plane, or −1
     float lower[3], upper[3];
   };
   BoxPlanes box_planes(const Vec3& origin) const;
@@ -54,41 +55,11 @@ class Shaft {
   };
   Vec3 apex_;
   std::array<Vec3, 4> corners_, edges_;
+  Vec3 floor_;
   bool is_infinite_;
-  std::array<Side, 6> sides_;
+  std::array<Side, 7> sides_;
   int side_count_;
   math::Bounds bounds_;
-};
-
-/// Something that may cross the shaft.
-struct Candidate {
-  SurfaceId surface;
-  bool is_opaque = true;
-  bool is_triangle = false;
-  geometry::TriangleVertices triangle;  // in world space; only if is_triangle
-};
-
-/// The surfaces that may cross a shaft; made to be gathered again and again without allocating. Not to be shared.
-class Candidates {
- public:
-  static constexpr int capacity = 48;
-
-  /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross. `self` is what the apex
-  /// lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every segment leaves it on its
-  /// outer side, it cannot meet a convex shape again.
-  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self);
-
-  std::span<const Candidate> list() const { return {list_.data(), static_cast<std::size_t>(count_)}; }
-  /// More than `capacity` may cross the shaft: the list is of no use.
-  bool has_overflowed() const { return has_overflowed_; }
-  /// One opaque surface crosses every segment of the shaft.
-  bool is_dark() const { return is_dark_; }
-
- private:
-  class Search;
-  std::array<Candidate, capacity> list_;
-  int count_ = 0;
-  bool has_overflowed_ = false, is_dark_ = false;
 };
 
 }  // namespace penumbra::accel

@@ -21,15 +21,35 @@ struct Nearest {
   }
 };
 
-/// Triangles and what they belong to: all of a mesh's to one item, the loose ones of a world to an item each.
-struct OwnedTriangles {
-  const TriangleSet& set;
-  std::uint32_t item = not_placed;       // of a mesh
-  const std::uint32_t* items = nullptr;  // of loose triangles
-  bool are_opaque = true;                // of a mesh
+/// Triangles and what they belong to: a mesh's to one item, the world's own to patches.
+class OwnedTriangles {
+ public:
+  /// The world's own.
+  explicit OwnedTriangles(const World& world) : set_(world.triangles), world_(world) {}
+  /// Those of the mesh that is `item`.
+  OwnedTriangles(const World& world, std::uint32_t item)
+      : set_(world.meshes[world.items[item].index].triangles), world_(world), mesh_(item) {}
+
+  geometry::TriangleVertices operator[](std::uint32_t triangle) const { return set_[triangle]; }
   SurfaceId surface(std::uint32_t triangle) const {
-    return items == nullptr ? SurfaceId{item, triangle} : SurfaceId{items[triangle], 0};
+    if (mesh_ != none) return {mesh_, triangle};
+    const std::uint32_t patch = world_.triangle_items[triangle];
+    return {patch, triangle - world_.items[patch].index};
   }
+  /// The triangle that is this surface, or `none`.
+  std::uint32_t index(const SurfaceId& surface) const {
+    if (mesh_ != none) return surface.item == mesh_ ? surface.part : none;
+    if (surface.item >= world_.items.size() || world_.items[surface.item].kind != Kind::patch) return none;
+    return world_.items[surface.item].index + surface.part;
+  }
+  std::uint32_t item(std::uint32_t triangle) const { return mesh_ != none ? mesh_ : world_.triangle_items[triangle]; }
+
+  static constexpr std::uint32_t none = 0xffffffff;
+
+ private:
+  const TriangleSet& set_;
+  const World& world_;
+  std::uint32_t mesh_ = none;
 };
 
 /// An item of the tree that is not a triangle: `find_in_item` offers its nearest crossing, `cross_item` adds its
@@ -47,15 +67,19 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
                     const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed);
 
 class Shaft;
+class NormalCones;
 
 class ShaftVisitor {
  public:
   virtual ~ShaftVisitor() = default;
   virtual bool triangle(std::uint32_t triangle) = 0;
   virtual bool other(std::uint32_t item) = 0;
+  /// Triangles were left out that face the apex alike, as do all their neighbours.
+  virtual void without_silhouette() = 0;
 };
 
-/// Visits everything that the shaft may meet; true if the visitor ended it.
-bool walk(const WideTree& tree, const Shaft& shaft, ShaftVisitor& visitor);
+/// Visits everything that the shaft may meet; true if the visitor ended it. With `cones`, triangles whose edges are
+/// surely no silhouettes seen from the shaft's apex are left out, if they end before its far plane.
+bool walk(const WideTree& tree, const NormalCones* cones, const Shaft& shaft, ShaftVisitor& visitor);
 
 }  // namespace penumbra::accel

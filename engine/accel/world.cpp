@@ -15,8 +15,6 @@ math::Bounds transformed(const math::Bounds& box, const math::Affine& map) {
 
 std::optional<math::Bounds> local_bounds(const World& world, const Item& item) {
   switch (item.kind) {
-    case Kind::triangle:
-      return world.triangles.bounds_of(item.index);
     case Kind::sphere:
       return geometry::bounds_of(world.spheres[item.index]);
     case Kind::plane:
@@ -27,6 +25,8 @@ std::optional<math::Bounds> local_bounds(const World& world, const Item& item) {
       return geometry::bounds_of(world.cylinders[item.index]);
     case Kind::mesh:
       return world.meshes[item.index].bounds;
+    case Kind::patch:
+      break;
   }
   return std::nullopt;
 }

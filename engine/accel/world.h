@@ -14,6 +14,7 @@ namespace penumbra::accel {
 using geometry::SurfaceId;
 using math::Vec3;
 
+class NormalCones;
 class Tree;
 class WideTree;
 
@@ -22,17 +23,18 @@ class WideTree;
 struct Structure {
   std::shared_ptr<const Tree> plain;
   std::shared_ptr<const WideTree> wide;
+  std::shared_ptr<const NormalCones> cones;  // of the wide one, where silhouettes are asked for
 };
 
 /// A triangle mesh in its own space, with the structure that finds its triangles; may be shared by many items.
 struct MeshShape {
   TriangleSet triangles;
-  std::vector<Vec3> normals;  // unit, by vertex; empty for flat shading
   Structure structure;
   math::Bounds bounds;
 };
 
-enum class Kind : std::uint8_t { triangle, sphere, plane, tube, cylinder, mesh };
+/// A patch is triangles of the world's own; a mesh has a structure of its own.
+enum class Kind : std::uint8_t { patch, sphere, plane, tube, cylinder, mesh };
 
 /// Rays are taken into the space of a placed item, where t keeps its meaning.
 struct Placement {
@@ -40,21 +42,21 @@ struct Placement {
 };
 inline constexpr std::uint32_t not_placed = 0xffffffff;
 
-/// One thing rays can meet. `index` points into the array of its kind, `placement` into World::placements. Triangles
-/// and planes are never placed: their world-space values are exact enough.
+/// One thing rays can meet. `index` points into the array of its kind – for a patch, to the first of its triangles –,
+/// `placement` into World::placements. Patches and planes are never placed: their world-space values are exact enough.
 struct Item {
-  Kind kind = Kind::triangle;
+  Kind kind = Kind::patch;
   bool is_opaque = true;
   std::uint32_t index = 0;
   std::uint32_t placement = not_placed;
 };
 
-/// Every surface of a scene, in the scene's order: an item's index is its SurfaceId::item, and decides ties; for a mesh
-/// SurfaceId::part is the triangle. Immutable once compiled; may be shared between threads.
+/// Every surface of a scene, in the scene's order: an item's index is its SurfaceId::item, and decides ties; for a
+/// patch or mesh SurfaceId::part is the triangle. Immutable once compiled; may be shared between threads.
 struct World {
   std::vector<Item> items;
-  TriangleSet triangles;                      // that are items of their own
-  std::vector<std::uint32_t> triangle_items;  // which
+  TriangleSet triangles;                      // of patches
+  std::vector<std::uint32_t> triangle_items;  // the patch each belongs to
   std::vector<geometry::SphereShape> spheres;
   std::vector<geometry::PlaneShape> planes;
   std::vector<geometry::TubeShape> tubes;
@@ -65,7 +67,7 @@ struct World {
   std::vector<std::uint32_t> infinite_items;
 };
 
-/// Enclosing box of an item in world space, rounded outwards; nothing for an infinite one.
+/// Enclosing box of an item in world space, rounded outwards; nothing for an infinite one, or a patch.
 std::optional<math::Bounds> bounds_of(const World& world, const Item& item);
 
 }  // namespace penumbra::accel

@@ -15,44 +15,71 @@ bool owns_edge(double px, double py, double qx, double qy, bool clockwise) {
   return dy > 0 || (dy == 0 && dx > 0);
 }
 
+/// The vertices relative to the ray's origin, sheared so that the ray runs along z.
+struct Sheared {
+  double x[3], y[3], z[3];
+
+  Sheared(const TriangleVertices& triangle, const PreparedRay& ray) {
+    const int kx = ray.axis_x, ky = ray.axis_y, kz = ray.axis_z;
+    const double o[3]{ray.origin.x, ray.origin.y, ray.origin.z};
+    const double v[3][3]{{triangle.v0.x, triangle.v0.y, triangle.v0.z},
+                         {triangle.v1.x, triangle.v1.y, triangle.v1.z},
+                         {triangle.v2.x, triangle.v2.y, triangle.v2.z}};
+    for (int i = 0; i < 3; ++i) {
+      z[i] = v[i][kz] - o[kz];
+      x[i] = (v[i][kx] - o[kx]) - ray.shear_x * z[i];
+      y[i] = (v[i][ky] - o[ky]) - ray.shear_y * z[i];
+    }
+  }
+
+  /// From the edge functions u, v and w.
+  TriangleHit hit(double u, double v, double w, const PreparedRay& ray) const {
+    const double inverse = 1 / (u + v + w);
+    const double t = (u * (ray.shear_z * z[0]) + v * (ray.shear_z * z[1]) + w * (ray.shear_z * z[2])) * inverse;
+    return {t, v * inverse, w * inverse};
+  }
+};
+
 }  // namespace
 
 std::optional<TriangleHit> intersect(const TriangleVertices& triangle, const PreparedRay& ray, double limit) {
-  const Vec3 a = triangle.v0 - ray.origin, b = triangle.v1 - ray.origin, c = triangle.v2 - ray.origin;
-  const int kx = ray.axis_x, ky = ray.axis_y, kz = ray.axis_z;
-  const double ax = a[kx] - ray.shear_x * a[kz], ay = a[ky] - ray.shear_y * a[kz];
-  const double bx = b[kx] - ray.shear_x * b[kz], by = b[ky] - ray.shear_y * b[kz];
-  const double cx = c[kx] - ray.shear_x * c[kz], cy = c[ky] - ray.shear_y * c[kz];
-  const double u = math::signed_difference_of_products(cx, by, cy, bx);
-  const double v = math::signed_difference_of_products(ax, cy, ay, cx);
+  const Sheared s(triangle, ray);
+  const double u = math::signed_difference_of_products(s.x[2], s.y[1], s.y[2], s.x[1]);
+  const double v = math::signed_difference_of_products(s.x[0], s.y[2], s.y[0], s.x[2]);
   if ((u < 0 && v > 0) || (u > 0 && v < 0)) return std::nullopt;
-  const double w = math::signed_difference_of_products(bx, ay, by, ax);
+  const double w = math::signed_difference_of_products(s.x[1], s.y[0], s.y[1], s.x[0]);
   if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return std::nullopt;
   const double determinant = u + v + w;
   if (!(determinant != 0)) return std::nullopt;
   if (u == 0 || v == 0 || w == 0) {
     // u = 2·area(b, c, ray) and so on: positive when the ray is to the right of b → c.
     const bool clockwise = determinant > 0;
-    if (u == 0 && !owns_edge(bx, by, cx, cy, clockwise)) return std::nullopt;
-    if (v == 0 && !owns_edge(cx, cy, ax, ay, clockwise)) return std::nullopt;
-    if (w == 0 && !owns_edge(ax, ay, bx, by, clockwise)) return std::nullopt;
+    if (u == 0 && !owns_edge(s.x[1], s.y[1], s.x[2], s.y[2], clockwise)) return std::nullopt;
+    if (v == 0 && !owns_edge(s.x[2], s.y[2], s.x[0], s.y[0], clockwise)) return std::nullopt;
+    if (w == 0 && !owns_edge(s.x[0], s.y[0], s.x[1], s.y[1], clockwise)) return std::nullopt;
   }
-  const double az = ray.shear_z * a[kz], bz = ray.shear_z * b[kz], cz = ray.shear_z * c[kz];
-  const double inverse = 1 / determinant;
-  const double t = (u * az + v * bz + w * cz) * inverse;
-  if (!(t > 0 && t < limit)) return std::nullopt;
+  const TriangleHit hit = s.hit(u, v, w, ray);
+  if (!(hit.t > 0 && hit.t < limit)) return std::nullopt;
   // A hit closer than the rounding error of t may be an artefact: the origin lies on a neighbour of this triangle.
   // Error bounds of the products above, after PBR (4th ed.) section 6.8.7.
-  const double max_x = std::max(std::fabs(ax), std::max(std::fabs(bx), std::fabs(cx)));
-  const double max_y = std::max(std::fabs(ay), std::max(std::fabs(by), std::fabs(cy)));
-  const double max_z = std::max(std::fabs(az), std::max(std::fabs(bz), std::fabs(cz)));
-  const double depth = max_z * std::fabs(ray.direction[kz]);
+  const auto largest = [](const double* c) {
+    return std::max(std::fabs(c[0]), std::max(std::fabs(c[1]), std::fabs(c[2])));
+  };
+  const double max_x = largest(s.x), max_y = largest(s.y), max_z = std::fabs(ray.shear_z) * largest(s.z);
+  const double depth = largest(s.z);
   const double delta_x = gamma(5) * (max_x + depth), delta_y = gamma(5) * (max_y + depth), delta_z = gamma(3) * max_z;
   const double delta_e = 2 * (gamma(2) * max_x * max_y + delta_y * max_x + delta_x * max_y);
   const double max_e = std::max(std::fabs(u), std::max(std::fabs(v), std::fabs(w)));
-  const double delta_t = 3 * (gamma(3) * max_e * max_z + delta_e * max_z + delta_z * max_e) * std::fabs(inverse);
-  if (t <= delta_t) return std::nullopt;
-  return TriangleHit{t, v * inverse, w * inverse};
+  const double delta_t =
+      3 * (gamma(3) * max_e * max_z + delta_e * max_z + delta_z * max_e) * std::fabs(1 / determinant);
+  if (hit.t <= delta_t) return std::nullopt;
+  return hit;
+}
+
+TriangleHit intersect_certainly(const TriangleVertices& triangle, const PreparedRay& ray) {
+  const Sheared s(triangle, ray);
+  return s.hit(s.x[2] * s.y[1] - s.y[2] * s.x[1], s.x[0] * s.y[2] - s.y[0] * s.x[2],
+               s.x[1] * s.y[0] - s.y[1] * s.x[0], ray);
 }
 
 Vec3 normal_of(const TriangleVertices& triangle) {

@@ -14,14 +14,16 @@ struct PreparedRay {
   int axis_x = 0, axis_y = 1, axis_z = 2;
 
   PreparedRay(const Vec3& from, const Vec3& towards) : origin(from), direction(towards) {
-    inverse = {1 / towards.x, 1 / towards.y, 1 / towards.z};
+    const double d[3]{towards.x, towards.y, towards.z};
+    const double reciprocal[3]{1 / d[0], 1 / d[1], 1 / d[2]};
+    inverse = {reciprocal[0], reciprocal[1], reciprocal[2]};
     const Vec3 size = math::abs(towards);
     axis_z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
     axis_x = axis_z == 2 ? 0 : axis_z + 1;
     axis_y = axis_x == 2 ? 0 : axis_x + 1;
-    shear_z = inverse[axis_z];
-    shear_x = towards[axis_x] * shear_z;
-    shear_y = towards[axis_y] * shear_z;
+    shear_z = reciprocal[axis_z];
+    shear_x = d[axis_x] * shear_z;
+    shear_y = d[axis_y] * shear_z;
   }
 };
 
@@ -38,6 +40,9 @@ struct TriangleHit {
 /// without double hits: the edge functions have exact signs, and a ray exactly through an edge or a vertex belongs to
 /// one of the triangles around it, as in rasterisation.
 std::optional<TriangleHit> intersect(const TriangleVertices& triangle, const PreparedRay& ray, double limit);
+
+/// The same hit where it is known to exist: strictly inside the triangle and far from t = 0, beyond any rounding.
+TriangleHit intersect_certainly(const TriangleVertices& triangle, const PreparedRay& ray);
 
 /// The point with weights b1 and b2 of v1 and v2; `shading_normal` is the geometric one.
 SurfacePoint point_on(const TriangleVertices& triangle, double b1, double b2);

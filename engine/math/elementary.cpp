@@ -1,23 +1,38 @@
 #include "engine/math/elementary.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace penumbra::math {
 namespace {
 
-/// ln m for m in [√½, √2]: 2·artanh((m − 1)/(m + 1)).
-double log_near_one(double m) {
-  const double s = (m - 1) / (m + 1), q = s * s;
+/// A number as the sum of a double and a small rest.
+struct Pair {
+  double high, low;
+};
+
+/// Of π, by halves and quarters; what is left beyond the double.
+constexpr double pi_rest = 1.2246467991473532e-16;
+
+/// log₂ m for m in [√½, √2]: 2·artanh(s)/ln 2 with s = (m − 1)/(m + 1).
+Pair log2_near_one(double m) {
+  const double over = m + 1, over_rest = m - (over - 1);
+  const double s = (m - 1) / over, s_rest = (std::fma(-s, over, m - 1) - s * over_rest) / over;
+  const double q = s * s;
   double sum = 0;
-  for (int k = 23; k >= 3; k -= 2) sum = (sum + 1.0 / k) * q;
-  return 2 * s * (1 + sum);
+  for (int k = 25; k >= 3; k -= 2) sum = (sum + 1.0 / k) * q;
+  constexpr double two_log2_e = 2.8853900817779268, two_log2_e_rest = 4.0710547481862066e-17;
+  const double high = s * two_log2_e;
+  const double rest = std::fma(s, two_log2_e, -high) + s * two_log2_e_rest + (s_rest + s * sum) * two_log2_e;
+  const double nearest = high + rest;
+  return {nearest, rest - (nearest - high)};
 }
 
 /// e^x for |x| ≤ ½·ln 2, Taylor.
 double exp_near_zero(double x) {
-  double sum = 1;
-  for (int k = 14; k >= 1; --k) sum = 1 + sum * x / k;
-  return sum;
+  double sum = 0;
+  for (int k = 15; k >= 2; --k) sum = (sum + 1) * x / k;
+  return 1 + (x + x * sum);
 }
 
 /// arctan of |x| ≤ tan(π/8), Taylor.
@@ -25,21 +40,22 @@ double arc_tangent_small(double x) {
   const double q = x * x;
   double sum = 0;
   for (int k = 41; k >= 3; k -= 2) sum = (((k & 2) != 0 ? -1.0 : 1.0) / k + sum) * q;
-  return x * (1 + sum);
+  return x + x * sum;
 }
 
 }  // namespace
 
 SineCosine sine_cosine_turns(double turns) {
   const double quarter = std::nearbyint(4 * turns);
-  const double x = (turns - quarter / 4) * (2 * pi), q = x * x;
+  const double rest = turns - quarter / 4, x = rest * (2 * pi), q = x * x;
+  const double x_rest = std::fma(rest, 2 * pi, -x) + rest * (2 * pi_rest);
   double sine = 0, cosine = 0;
   for (int k = 18; k >= 2; k -= 2) {
     sine = (1 + sine) * -q / (k * (k + 1));
     cosine = (1 + cosine) * -q / (k * (k - 1));
   }
-  sine = x * (1 + sine);
-  cosine = 1 + cosine;
+  sine = x + (x * sine + x_rest);
+  cosine = 1 + (cosine - x * x_rest);
   switch (static_cast<long long>(quarter) & 3) {
     case 0:
       return {sine, cosine};
@@ -66,24 +82,35 @@ double power(double base, double exponent) {
   int binary_exponent = 0;
   double mantissa = std::frexp(base, &binary_exponent);
   if (mantissa < 0.70710678118654752440) mantissa *= 2, --binary_exponent;
-  constexpr double log2_e = 1.44269504088896340736;
-  const double log2_power = exponent * (binary_exponent + log_near_one(mantissa) * log2_e);
+  // The exponent of the result to nearly twice double precision: its fraction decides the digits.
+  const Pair fraction = log2_near_one(mantissa);
+  const double log2_base = binary_exponent + fraction.high;
+  const double log2_rest =
+      binary_exponent == 0 ? fraction.low : fraction.high - (log2_base - binary_exponent) + fraction.low;
+  const double log2_power = exponent * log2_base;
   if (log2_power < -1080) return 0;
   if (log2_power > 1030) return HUGE_VAL;
+  const double power_rest = std::fma(exponent, log2_base, -log2_power) + exponent * log2_rest;
   const double whole = std::nearbyint(log2_power);
-  return std::ldexp(exp_near_zero((log2_power - whole) / log2_e), static_cast<int>(whole));
+  constexpr double ln_2 = 0.69314718055994530942;
+  return std::ldexp(exp_near_zero(((log2_power - whole) + power_rest) * ln_2), static_cast<int>(whole));
 }
 
 double arc_tangent(double y, double x) {
   const double ax = std::fabs(x), ay = std::fabs(y);
   if (ax == 0 && ay == 0) return 0;
   constexpr double tan_eighth = 0.41421356237309504880;
-  const bool steep = ay > ax;
-  const double ratio = steep ? ax / ay : ay / ax;
-  double angle = ratio <= tan_eighth ? arc_tangent_small(ratio) : pi / 4 + arc_tangent_small((ratio - 1) / (ratio + 1));
-  if (steep) angle = pi / 2 - angle;
-  if (std::signbit(x)) angle = pi - angle;
-  return std::copysign(angle, y);
+  const double small = std::min(ax, ay), large = std::max(ax, ay), ratio = small / large;
+  // The angle is offset + rest, where the offset is a multiple of a quarter of π.
+  double quarters = 0, rest = 0;
+  if (ratio <= tan_eighth) {
+    rest = arc_tangent_small(ratio);
+  } else {
+    quarters = 1, rest = arc_tangent_small((small - large) / (small + large));
+  }
+  if (ay > ax) quarters = 2 - quarters, rest = -rest;
+  if (std::signbit(x)) quarters = 4 - quarters, rest = -rest;
+  return std::copysign(quarters * (pi / 4) + (rest + quarters * (pi_rest / 4)), y);
 }
 
 }  // namespace penumbra::math

@@ -2,7 +2,7 @@
 
 #include <libdeflate.h>
 
-#include <cstdlib>
+#include <algorithm>
 #include <memory>
 #include <new>
 #include <string_view>
@@ -11,8 +11,8 @@
 namespace penumbra::output {
 namespace {
 
-// Above 4 the time doubles for a few per cent of size.
-constexpr int compression_level = 4;
+// Higher levels save a tenth of the size at most, and take twice the time where a picture is noisy.
+constexpr int compression_level = 1;
 constexpr std::uint8_t paeth_filter = 4;
 
 void append_big_endian(std::string& bytes, std::uint32_t value) {
@@ -27,12 +27,13 @@ void append_chunk(std::string& file, std::string_view type, std::string_view dat
   append_big_endian(file, libdeflate_crc32(0, file.data() + start, file.size() - start));
 }
 
-/// The neighbour nearest to left + above − above_left; section 9.4 of the standard.
-std::uint8_t paeth(int left, int above, int above_left) {
-  const int to_left = std::abs(above - above_left), to_above = std::abs(left - above_left);
-  const int to_corner = std::abs(left + above - 2 * above_left);
-  if (to_left <= to_above && to_left <= to_corner) return static_cast<std::uint8_t>(left);
-  return static_cast<std::uint8_t>(to_above <= to_corner ? above : above_left);
+/// The neighbour nearest to left + above − above_left; section 9.4 of the standard. Short, so that rows vectorise.
+std::uint8_t paeth(std::int16_t left, std::int16_t above, std::int16_t above_left) {
+  const auto size = [](int d) { return static_cast<std::int16_t>(d < 0 ? -d : d); };
+  const std::int16_t to_left = size(above - above_left), to_above = size(left - above_left);
+  const std::int16_t to_corner = size(left + above - 2 * above_left);
+  const std::int16_t other = to_above <= to_corner ? above : above_left;
+  return static_cast<std::uint8_t>(to_left <= std::min(to_above, to_corner) ? left : other);
 }
 
 /// Every row behind its filter type, as the difference from the Paeth predictor.
@@ -44,9 +45,11 @@ std::vector<std::uint8_t> filtered(std::span<const std::uint8_t> bytes, std::siz
   std::uint8_t* out = result.data();
   for (const std::uint8_t* row = bytes.data(); row != bytes.data() + bytes.size(); above = row, row += row_bytes) {
     *out++ = paeth_filter;
-    for (std::size_t i = 0; i < pixel_bytes; ++i) *out++ = static_cast<std::uint8_t>(row[i] - above[i]);
+    for (std::size_t i = 0; i < pixel_bytes; ++i) out[i] = static_cast<std::uint8_t>(row[i] - above[i]);
+    const std::uint8_t *left = row - pixel_bytes, *above_left = above - pixel_bytes;
     for (std::size_t i = pixel_bytes; i < row_bytes; ++i)
-      *out++ = static_cast<std::uint8_t>(row[i] - paeth(row[i - pixel_bytes], above[i], above[i - pixel_bytes]));
+      out[i] = static_cast<std::uint8_t>(row[i] - paeth(left[i], above[i], above_left[i]));
+    out += row_bytes;
   }
   return result;
 }
@@ -80,11 +83,10 @@ std::string png_bytes(int width, int height, std::span<const std::uint8_t> rgb) 
 }
 
 std::string png_bytes(int width, int height, std::span<const std::uint16_t> rgb) {
-  std::vector<std::uint8_t> big_endian;
-  big_endian.reserve(2 * rgb.size());
-  for (const std::uint16_t value : rgb) {
-    big_endian.push_back(static_cast<std::uint8_t>(value >> 8));
-    big_endian.push_back(static_cast<std::uint8_t>(value));
+  std::vector<std::uint8_t> big_endian(2 * rgb.size());
+  for (std::size_t i = 0; i < rgb.size(); ++i) {
+    big_endian[2 * i] = static_cast<std::uint8_t>(rgb[i] >> 8);
+    big_endian[2 * i + 1] = static_cast<std::uint8_t>(rgb[i]);
   }
   return encode(width, height, 16, big_endian);
 }

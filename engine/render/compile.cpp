@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/accel/neighbours.h"
+#include "engine/accel/normal_cones.h"
 #include "engine/accel/tree.h"
 #include "engine/accel/wide_tree.h"
 #include "engine/geometry/polygon.h"
@@ -32,31 +34,70 @@ math::Bounds bounds_of(const accel::TriangleSet& triangles, std::span<const acce
 accel::Structure structure_over(const accel::TriangleSet& triangles, std::span<const accel::OtherEntry> others,
                                 scene::Acceleration acceleration, const accel::Grouping& grouping,
                                 const accel::ParallelFor& parallel_for) {
-  if (acceleration == scene::Acceleration::bvh && accel::WideTree::can_hold(bounds_of(triangles, others)))
-    return {nullptr, std::make_shared<const accel::WideTree>(triangles, others, parallel_for)};
+  if (acceleration == scene::Acceleration::bvh && accel::WideTree::can_hold(bounds_of(triangles, others))) {
+    const auto tree = std::make_shared<const accel::WideTree>(triangles, others, parallel_for);
+    if (triangles.neighbours.empty()) return {nullptr, tree, nullptr};
+    return {nullptr, tree, std::make_shared<const accel::NormalCones>(*tree, triangles)};
+  }
   std::vector<accel::TreeEntry> entries;
   entries.reserve(triangles.size() + others.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i) entries.push_back({triangles.bounds_of(i), i, true});
   for (const accel::OtherEntry& other : others) entries.push_back({other.box, other.item, false});
-  return {std::make_shared<const accel::Tree>(acceleration, entries, grouping), nullptr};
+  return {std::make_shared<const accel::Tree>(acceleration, entries, grouping), nullptr, nullptr};
 }
 
-accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, const CompileSettings& settings) {
-  accel::MeshShape shape;
-  shape.triangles = {mesh.positions, mesh.triangles};
-  shape.normals = mesh.normals;
-  const Affine back = math::inverse(transform);
+/// Whether it casts the shadow of a disc.
+bool is_soft(const scene::Light& light) {
+  return std::visit(
+      [](const auto& l) {
+        using Type = std::remove_cvref_t<decltype(l)>;
+        if constexpr (std::is_same_v<Type, scene::PointLight> || std::is_same_v<Type, scene::SpotLight>) {
+          return l.radius > 0;
+        } else if constexpr (std::is_same_v<Type, scene::DirectionalLight>) {
+          return l.angular_radius_degrees > 0;
+        } else {
+          return false;
+        }
+      },
+      light);
+}
+
+/// Whether a tree chooses its own boxes, whatever the objects are.
+bool has_own_tree(scene::Acceleration acceleration) {
+  return acceleration == scene::Acceleration::median || acceleration == scene::Acceleration::bvh;
+}
+
+/// Appends the mesh, transformed, to `triangles`.
+void append(const scene::Mesh& mesh, const Affine& transform, accel::TriangleSet& triangles) {
+  const std::size_t first = triangles.positions.size();
+  triangles.positions.insert(triangles.positions.end(), mesh.positions.begin(), mesh.positions.end());
   if (!(transform == Affine{})) {
-    for (Vec3& position : shape.triangles.positions) position = transform.point(position);
-    if (transform.determinant() < 0) {
-      for (auto& corner : shape.triangles.corners) std::swap(corner[1], corner[2]);
+    for (std::size_t i = first; i < triangles.positions.size(); ++i) {
+      triangles.positions[i] = transform.point(triangles.positions[i]);
     }
   }
-  for (Vec3& normal : shape.normals) normal = math::normalize(back.transposed_vector(normal));
+  const bool is_mirrored = transform.determinant() < 0;
+  triangles.corners.reserve(triangles.corners.size() + mesh.triangles.size());
+  for (std::array<std::uint32_t, 3> corner : mesh.triangles) {
+    if (is_mirrored) std::swap(corner[1], corner[2]);
+    for (std::uint32_t& index : corner) index += static_cast<std::uint32_t>(first);
+    triangles.corners.push_back(corner);
+  }
+  if (mesh.normals.empty() && triangles.normals.empty()) return;
+  triangles.normals.resize(first);
+  const Affine back = math::inverse(transform);
+  for (const Vec3& normal : mesh.normals) triangles.normals.push_back(math::normalize(back.transposed_vector(normal)));
+  triangles.normals.resize(triangles.positions.size());
+}
+
+accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, bool has_soft_lights,
+                          const CompileSettings& settings) {
+  accel::MeshShape shape;
+  append(mesh, transform, shape.triangles);
   for (std::uint32_t i = 0; i < shape.triangles.size(); ++i) shape.bounds.include(shape.triangles.bounds_of(i));
+  if (has_soft_lights) link_neighbours(shape.triangles, std::vector<std::uint32_t>(shape.triangles.size()));
   // Inside a mesh there is nothing left to box or group by object.
-  const bool has_tree =
-      settings.acceleration == scene::Acceleration::median || settings.acceleration == scene::Acceleration::bvh;
+  const bool has_tree = has_own_tree(settings.acceleration);
   shape.structure = structure_over(shape.triangles, {}, has_tree ? settings.acceleration : scene::Acceleration::none,
                                    {}, settings.parallel_for);
   return shape;
@@ -65,13 +106,17 @@ accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, cons
 class Compiler {
  public:
   Compiler(const scene::Description& description, const CompileSettings& settings)
-      : description_(description), settings_(settings) {
-    for (const scene::Mesh& mesh : description.meshes) world_.meshes.push_back(compiled(mesh, {}, settings));
+      : description_(description),
+        settings_(settings),
+        has_soft_lights_(std::ranges::any_of(description.lights, is_soft)) {
+    for (const scene::Mesh& mesh : description.meshes)
+      world_.meshes.push_back(compiled(mesh, {}, has_soft_lights_, settings));
   }
 
   void add_objects(shading::Scene& scene) {
     for (const scene::Material& material : description_.materials) materials_.push_back(compiled(material));
     accel::Grouping root = add_all(description_.objects, {});
+    if (!world_.triangles.normals.empty()) world_.triangles.normals.resize(world_.triangles.positions.size());
     build_tree(root);
     scene.world = std::move(world_);
     scene.materials = std::move(materials_);
@@ -114,8 +159,13 @@ class Compiler {
     const auto first = static_cast<std::uint32_t>(world_.triangles.positions.size());
     world_.triangles.positions.insert(world_.triangles.positions.end(), {a, b, c});
     world_.triangles.corners.push_back({first, first + 1, first + 2});
-    world_.triangle_items.push_back(static_cast<std::uint32_t>(world_.items.size()));
-    add_item(accel::Kind::triangle, world_.triangles.size() - 1);
+    add_patch(world_.triangles.size() - 1);
+  }
+
+  /// Of the triangles from `first` to the last one.
+  void add_patch(std::size_t first) {
+    world_.triangle_items.resize(world_.triangles.size(), static_cast<std::uint32_t>(world_.items.size()));
+    add_item(accel::Kind::patch, first);
   }
 
   void add(const scene::Triangle& triangle, const Affine& transform) {
@@ -143,7 +193,12 @@ class Compiler {
     add_item(accel::Kind::cylinder, world_.cylinders.size() - 1, place(transform));
   }
   void add(const scene::Mesh& mesh, const Affine& transform) {
-    world_.meshes.push_back(compiled(mesh, transform, settings_));
+    if (has_own_tree(settings_.acceleration)) {
+      const std::size_t first = world_.triangles.size();
+      append(mesh, transform, world_.triangles);
+      return add_patch(first);
+    }
+    world_.meshes.push_back(compiled(mesh, transform, has_soft_lights_, settings_));
     add_item(accel::Kind::mesh, world_.meshes.size() - 1);
   }
   void add(const scene::Instance& instance, const Affine& transform) {
@@ -156,7 +211,7 @@ class Compiler {
     std::vector<std::uint32_t> entry_of(world_.items.size(), accel::not_placed);
     for (std::uint32_t i = 0; i < world_.items.size(); ++i) {
       const accel::Item& item = world_.items[i];
-      if (item.kind == accel::Kind::triangle) {
+      if (item.kind == accel::Kind::patch) {
         entry_of[i] = item.index;
         continue;
       }
@@ -170,7 +225,25 @@ class Compiler {
       }
     }
     if (settings_.acceleration == scene::Acceleration::groups) renumber(root, entry_of);
+    if (has_soft_lights_) link_neighbours(world_.triangles, silhouette_groups());
     world_.structure = structure_over(world_.triangles, others, settings_.acceleration, root, settings_.parallel_for);
+  }
+
+  /// Triangles that may share a silhouette: those of one opaque mesh, and all opaque ones that are objects of their own.
+  std::vector<std::uint32_t> silhouette_groups() const {
+    std::vector<std::uint32_t> groups(world_.triangles.size(), accel::no_group);
+    constexpr std::uint32_t loose = accel::no_group - 1;
+    for (std::size_t begin = 0; begin < groups.size();) {
+      std::size_t end = begin + 1;
+      const std::uint32_t patch = world_.triangle_items[begin];
+      while (end < groups.size() && world_.triangle_items[end] == patch) ++end;
+      if (world_.items[patch].is_opaque) {
+        std::fill(groups.begin() + static_cast<std::ptrdiff_t>(begin), groups.begin() + static_cast<std::ptrdiff_t>(end),
+                  end - begin == 1 ? loose : patch);
+      }
+      begin = end;
+    }
+    return groups;
   }
 
   static void renumber(accel::Grouping& grouping, const std::vector<std::uint32_t>& entry_of) {
@@ -184,6 +257,7 @@ class Compiler {
 
   const scene::Description& description_;
   const CompileSettings& settings_;
+  bool has_soft_lights_;
   accel::World world_;
   std::vector<shading::CompiledMaterial> materials_;
   std::vector<std::uint32_t> item_material_;

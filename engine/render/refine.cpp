@@ -1,6 +1,7 @@
 #include "engine/render/refine.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace penumbra::render {
@@ -8,8 +9,9 @@ namespace {
 
 using math::Color;
 
-constexpr int first_refinement = 8;  // samples before the first look at the error
-constexpr std::uint64_t pixel_place = 1, lens_place = 2, first_sample_place = 16;
+constexpr std::size_t first_refinement = 8;  // samples before the first look at the error
+constexpr int pixels_per_lens_check = 8;
+constexpr std::uint64_t pixel_place = 1, lens_place = 2, block_place = 3, first_sample_place = 16;
 
 /// Clamped to display range, as the error is measured: a channel surely above 1 has none.
 double squared_error(const Color& value, const Color& variance) {
@@ -28,7 +30,8 @@ std::vector<Pass> plan_passes(const scene::Options& options) {
     return Pass{stride, samples_per_pixel, shadow_samples, static_cast<std::uint64_t>(work) + 1'000'000};
   };
   if (!options.time_budget_s) return {pass(1, options.samples_per_pixel, options.shadow_samples)};
-  std::vector<Pass> passes{pass(8, 1, 1), pass(1, 1, 1)};
+  // Two camera rays of a pixel that asks for several tell how far they are off; one, at its centre, would not.
+  std::vector<Pass> passes{pass(8, 1, 1), pass(1, std::min(2, options.samples_per_pixel), 1)};
   while (passes.back().samples_per_pixel < options.samples_per_pixel ||
          passes.back().shadow_samples < options.shadow_samples) {
     const Pass& last = passes.back();
@@ -43,10 +46,11 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
     : scene_(scene),
       camera_(camera),
       options_(options),
+      stride_(pass.stride),
       samples_per_pixel_(pass.samples_per_pixel),
       use_candidates_(use_candidates) {
   if (options.target_error) {
-    for (int count = first_refinement; count < pass.shadow_samples; count *= 4) samplings_.emplace_back(count);
+    for (int count = int{first_refinement}; count < pass.shadow_samples; count *= 4) samplings_.emplace_back(count);
   }
   samplings_.emplace_back(pass.shadow_samples);
 }
@@ -56,54 +60,108 @@ shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_sto
 }
 
 PixelSampler::Pixel PixelSampler::sample(int column, int row, shading::Integrator& integrator) const {
+  Pixel pixel = sample_one(column, row, integrator);
+  if (stride_ > 1) {
+    // It stands for its whole block: another pixel of the block shows what that costs.
+    const sampling::Key place = pixel_key(column, row).at(block_place);
+    const auto away = [&](int axis) { return static_cast<int>(place.uniform(axis) * stride_) - stride_ / 2; };
+    const Color other = sample_one(column + away(0), row + away(1), integrator).color;
+    const auto squared = [](double a, double b) {
+      const double difference = std::clamp(a, 0.0, 1.0) - std::clamp(b, 0.0, 1.0);
+      return difference * difference;
+    };
+    pixel.squared_error =
+        squared(pixel.color.r, other.r) + squared(pixel.color.g, other.g) + squared(pixel.color.b, other.b);
+  }
+  return pixel;
+}
+
+PixelSampler::Pixel PixelSampler::sample_one(int column, int row, shading::Integrator& integrator) const {
   return samples_per_pixel_ > 1 ? with_camera_samples(column, row, integrator)
                                 : with_one_camera_ray(column, row, integrator);
 }
 
+sampling::Key PixelSampler::pixel_key(int column, int row) const {
+  return sampling::Key(options_.seed).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
+}
+
 PixelSampler::Pixel PixelSampler::with_one_camera_ray(int column, int row, shading::Integrator& integrator) const {
-  const sampling::Key key =
-      sampling::Key(options_.seed).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
-  const sampling::Point2 lens =
-      camera_.has_lens() ? square_to_disc(sampling::sobol_owen(0, key.at(lens_place))) : sampling::Point2{0, 0};
-  const geometry::Ray ray = camera_.ray(column + 0.5, row + 0.5, lens);
+  const sampling::Key key = pixel_key(column, row);
+  const auto trace = [&](std::uint32_t index, const shading::DiscSampling& sampling) {
+    const sampling::Point2 lens =
+        camera_.has_lens() ? square_to_disc(sampling::sobol_owen(index, key.at(lens_place))) : sampling::Point2{0, 0};
+    return integrator.trace(camera_.ray(column + 0.5, row + 0.5, lens), sampling, key.at(first_sample_place + index));
+  };
   Pixel pixel;
   for (const shading::DiscSampling& sampling : samplings_) {
-    const auto sample = integrator.trace(ray, sampling, key.at(first_sample_place));
-    pixel = {sample.radiance, squared_error(sample.radiance, sample.variance)};
-    const double worst = math::max_channel(sample.variance);
-    if (options_.target_error && std::sqrt(worst) < *options_.target_error) break;
+    const auto sample = trace(0, sampling);
+    pixel = {sample.radiance, squared_error(sample.radiance, sample.variance.measured)};
+    if (is_good_enough(sample.variance)) break;
+  }
+  if (camera_.has_lens()) {
+    // One point of the lens cannot tell how the others differ. A second ray of some pixels does, for all of them.
+    const bool is_checked = key.bits() % pixels_per_lens_check == 0;
+    pixel.squared_error = 0;
+    if (is_checked) {
+      const Color apart = trace(1, samplings_.back()).radiance - pixel.color;
+      pixel.squared_error = pixels_per_lens_check * squared_error(pixel.color, apart * apart * 0.5);
+    }
   }
   return pixel;
 }
 
 PixelSampler::Pixel PixelSampler::with_camera_samples(int column, int row, shading::Integrator& integrator) const {
-  const sampling::Key key =
-      sampling::Key(options_.seed).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
-  const sampling::Key pixel_key = key.at(pixel_place), lens_key = key.at(lens_place);
-  Color sum, squares;
-  int count = 0;
-  Color variance;
-  while (count < samples_per_pixel_) {
-    const auto index = static_cast<std::uint32_t>(count);
-    const sampling::Point2 offset = sampling::sobol_owen(index, pixel_key);
+  const sampling::Key key = pixel_key(column, row);
+  for (const shading::DiscSampling& sampling : samplings_) {
+    const Attempt result = attempt(key, column, row, sampling, integrator);
+    // More shadow samples help where it is the lights that are noisy.
+    const bool is_light_quiet =
+        options_.target_error && result.light_variance < 0.25 * *options_.target_error * *options_.target_error;
+    if (result.is_good_enough || is_light_quiet || &sampling == &samplings_.back()) return result.pixel;
+  }
+  return {};  // there is always one sampling
+}
+
+PixelSampler::Attempt PixelSampler::attempt(const sampling::Key& key, int column, int row,
+                                            const shading::DiscSampling& sampling,
+                                            shading::Integrator& integrator) const {
+  const sampling::Key place_key = key.at(pixel_place), lens_key = key.at(lens_place);
+  std::vector<Color> values;
+  values.reserve(static_cast<std::size_t>(samples_per_pixel_));
+  Color sum, squares, light_variance;
+  while (true) {
+    const auto index = static_cast<std::uint32_t>(values.size());
+    const sampling::Point2 offset = sampling::sobol_owen(index, place_key);
     const sampling::Point2 lens =
         camera_.has_lens() ? square_to_disc(sampling::sobol_owen(index, lens_key)) : sampling::Point2{0, 0};
     const geometry::Ray ray = camera_.ray(column + offset.x, row + offset.y, lens);
-    const Color value = integrator.trace(ray, samplings_.back(), key.at(first_sample_place + index)).radiance;
-    sum += value;
-    squares += value * value;
-    ++count;
-    const bool is_look = (count & (count - 1)) == 0 && count >= first_refinement;
-    if (count != samples_per_pixel_ && !(options_.target_error && is_look)) continue;
-    // Well-spread samples: the variance of the mean falls like count^−1.5 (see shading::spread_variance).
-    const Color mean = sum * (1.0 / count);
-    const double scale = shading::spread_variance / (count * std::sqrt(static_cast<double>(count)));
-    const auto of = [&](double square, double m) { return std::max(0.0, square / count - m * m) * scale; };
-    variance = {of(squares.r, mean.r), of(squares.g, mean.g), of(squares.b, mean.b)};
-    if (options_.target_error && std::sqrt(math::max_channel(variance)) < *options_.target_error) break;
+    const auto sample = integrator.trace(ray, sampling, key.at(first_sample_place + index));
+    values.push_back(sample.radiance);
+    sum += sample.radiance, squares += sample.radiance * sample.radiance;
+    light_variance += sample.variance.modelled;
+    const std::size_t count = values.size();
+    const bool is_look = options_.target_error && std::has_single_bit(count) && count >= first_refinement;
+    const bool is_last = count == static_cast<std::size_t>(samples_per_pixel_);
+    if (!is_last && !is_look) continue;
+    const auto n = static_cast<double>(count);
+    const Color mean = sum * (1 / n);
+    const Color spread = squares * (1 / n) - mean * mean;
+    // Well-spread samples: the variance of the mean falls like n^−1.5.
+    const double scale = shading::spread_variance / (n * std::sqrt(n));
+    const auto scaled = [&](double channel) { return std::max(0.0, channel) * scale; };
+    sampling::Halves halves;  // of a (0, 2)-sequence: the first and the last samples
+    for (std::size_t i = 0; i < count; ++i) halves.add(2 * i >= count, values[i]);
+    const shading::Variance variance{halves.variance(sampling::Halves::points),
+                                     {scaled(spread.r), scaled(spread.g), scaled(spread.b)}};
+    const bool stops = is_good_enough(variance);
+    if (is_last || stops)
+      return {{mean, squared_error(mean, variance.measured)}, stops, math::max_channel(light_variance) / (n * n)};
   }
-  const Color mean = sum * (1.0 / count);
-  return {mean, squared_error(mean, variance)};
+}
+
+bool PixelSampler::is_good_enough(const shading::Variance& variance) const {
+  const double worst = std::max(math::max_channel(variance.measured), math::max_channel(variance.modelled));
+  return options_.target_error && std::sqrt(worst) < *options_.target_error;
 }
 
 }  // namespace penumbra::render

@@ -36,12 +36,24 @@ class PixelSampler {
 
  private:
   Pixel with_camera_samples(int column, int row, shading::Integrator& integrator) const;
+  /// One go at a pixel: camera samples up to the cap or until they are good enough.
+  struct Attempt {
+    Pixel pixel;
+    bool is_good_enough;
+    double light_variance;  // the soft lights' part of the mean's variance, worst channel
+  };
+  Attempt attempt(const sampling::Key& key, int column, int row, const shading::DiscSampling& sampling,
+                  shading::Integrator& integrator) const;
+  sampling::Key pixel_key(int column, int row) const;
+  Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
   Pixel with_one_camera_ray(int column, int row, shading::Integrator& integrator) const;
+  /// Whether `target_error` allows to stop here.
+  bool is_good_enough(const shading::Variance& variance) const;
 
   const shading::Scene& scene_;
   const Camera& camera_;
   scene::Options options_;
-  int samples_per_pixel_;
+  int stride_, samples_per_pixel_;
   bool use_candidates_;
   std::vector<shading::DiscSampling> samplings_;  // ascending counts; the last is the cap
 };

@@ -1,12 +1,11 @@
 #pragma once
 #include <array>
-#include <optional>
-#include <span>
+#include <vector>
 
 #include "engine/geometry/quadrics.h"
 #include "engine/geometry/triangle.h"
+#include "engine/math/affine.h"
 #include "engine/math/color.h"
-#include "engine/sampling/patterns.h"
 
 namespace penumbra::shading {
 
@@ -18,6 +17,11 @@ using math::Vec3;
 struct DiscView {
   Vec3 from, axis, u, v;
   bool is_infinite = false;
+
+  DiscView in_space(const math::Affine& world_to_local) const {
+    return {world_to_local.point(from), world_to_local.vector(axis), world_to_local.vector(u), world_to_local.vector(v),
+            is_infinite};
+  }
 };
 
 /// a + b·x + c·y over the disc's coordinates.
@@ -25,32 +29,32 @@ struct Linear {
   double a = 0, b = 0, c = 0;
 };
 
-/// The part of a disc an occluder hides: where every `edges[i]` ≥ 0, and, if `is_round`, where in addition
-/// squared(along) ≥ keen · |sample|² – the cone around a sphere. Convex either way.
+/// a + 2b·x + 2c·y + d·x² + 2e·x·y + f·y² over the disc's coordinates.
+struct Quadratic {
+  double a = 0, b = 0, c = 0, d = 0, e = 0, f = 0;
+};
+
+/// A convex part of a disc that an occluder hides: where every one of `edges` is ≥ 0 and, if `is_round`, `round` too – a
+/// cone around a sphere or disc, of which edges[0] selects the half in front.
 struct DiscCover {
   std::array<Linear, 4> edges{};
+  std::size_t edge_count = 0;
   bool is_round = false;
-  double keen = 0;
+  Quadratic round;
   /// What is left of light that crosses the occluder; black if opaque.
   Color transmittance;
   bool is_opaque = true;
-  geometry::SurfaceId place;  // what it belongs to
 };
 
-/// Nothing when the point lies in the triangle's plane: then no sample is hidden.
-std::optional<DiscCover> cover_of(const geometry::TriangleVertices& triangle, const DiscView& view);
-/// Nothing when the sphere is not met twice or not at all by every segment: when the point is in or on it, or it
-/// reaches beyond the light.
-std::optional<DiscCover> cover_of(const geometry::SphereShape& sphere, const DiscView& view);
+/// Each appends what a shape hides of the disc, as covers that may overlap where the shape is opaque; false when it can
+/// not be told this way: the point is in the shape or on it, or the shape reaches beyond the light.
+bool append_cover(const geometry::TriangleVertices& triangle, const DiscView& view, std::vector<DiscCover>& covers);
+bool append_cover(const geometry::SphereShape& sphere, const DiscView& view, std::vector<DiscCover>& covers);
 /// The far side of a plane; the point does not lie in it.
-DiscCover cover_of(const geometry::PlaneShape& plane, const DiscView& view);
+bool append_cover(const geometry::PlaneShape& plane, const DiscView& view, std::vector<DiscCover>& covers);
+/// Up to three covers, for an opaque cylinder with caps alone.
+bool append_cover(const geometry::CylinderShape& cylinder, const DiscView& view, std::vector<DiscCover>& covers);
 /// The far side of the surface with normal `facing` at the point.
 DiscCover cover_below_horizon(const Vec3& facing, const DiscView& view);
-
-/// The mean transmittance of a disc behind these covers, integrated exactly along each chord. `turn` ∈ [0, 1) turns the
-/// chords where no edge suggests a direction, `shift` ∈ [0, 1) displaces them. After Billen, Dutré, "Line Sampling for
-/// Direct Illumination", EGSR 2016, with chords that cross the covers' edges.
-Color mean_transmittance(std::span<const DiscCover> covers, const DiscView& view, const sampling::DiscChords& chords,
-                         double turn, double shift);
 
 }  // namespace penumbra::shading

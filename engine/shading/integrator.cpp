@@ -53,7 +53,7 @@ Integrator::Integrator(const Scene& scene, const IntegratorSettings& settings, c
 
 Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key) {
   sampling_ = &sampling;
-  variance_ = math::black;
+  variance_ = {};
   ++counters_.camera;
   const Color value = radiance(ray, 0, math::white, key);
   return {value, variance_};
@@ -88,7 +88,8 @@ Color Integrator::direct(const ShadingPoint& at, const Color& weight, const samp
 
 Color Integrator::visible(const Color& share, const Visibility& visibility, const Color& weight) {
   const Color scale = filtered(filtered(share, weight), filtered(share, weight));
-  variance_ += filtered(scale, visibility.variance);
+  variance_.measured += filtered(scale, visibility.variance.measured);
+  variance_.modelled += filtered(scale, visibility.variance.modelled);
   return filtered(share, visibility.mean);
 }
 
@@ -128,6 +129,27 @@ Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, cons
       weight);
 }
 
+template <class SampleFunction>
+Color Integrator::averaged_area_light(const SampleFunction& sample, std::uint32_t count, const Color& weight) {
+  sampling::Halves halves;  // of a (0, 2)-sequence: the first and the last samples
+  Color sum_of_squares;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Color value = sample(i);
+    halves.add(2 * i >= count, value);
+    sum_of_squares += value * value;
+  }
+  const double n = count;
+  const Color mean = halves.mean();
+  const Color spread = sum_of_squares * (1 / n) - mean * mean;
+  // As for discs: well-spread samples beat independent ones by √N in variance.
+  const Color squared = filtered(weight, weight);
+  const double scale = spread_variance / (n * std::sqrt(n));
+  variance_.measured += filtered(squared, halves.variance(sampling::Halves::points));
+  variance_.modelled += filtered(
+      squared, {std::max(0.0, spread.r) * scale, std::max(0.0, spread.g) * scale, std::max(0.0, spread.b) * scale});
+  return mean;
+}
+
 Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight,
                          const sampling::Key& key) {
   const Vec3 corner = light.corner - at.surface.position;
@@ -153,23 +175,19 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   // The light often lies in a surface of the scene (a lamp in a ceiling): its samples sit that much in front of it.
   const Vec3 lifted = light.normal * (math::gamma(32) * dot(math::abs(light.normal),
                                                             math::abs(light.corner) + math::abs(at.surface.position)));
-  Color sum, sum_of_squares;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  const auto sample = [&](std::uint32_t i) -> Color {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
     const Vec3 towards =
         (seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y) + lifted;
-    if (!is_on_viewers_side(at, towards)) continue;
+    if (!is_on_viewers_side(at, towards)) return math::black;
     const double distance = math::length(towards);
     const double measure = seen ? seen->solid_angle() : light.area * height / (distance * distance * distance);
     const Vec3 l = towards * (-1 / distance);
     const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (measure / math::pi);
-    if (math::is_black(share)) continue;
-    const Color value =
-        filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
-    sum += value;
-    sum_of_squares += value * value;
-  }
-  return exact + averaged_area_light(sum, sum_of_squares, weight);
+    if (math::is_black(share)) return math::black;
+    return filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
+  };
+  return exact + averaged_area_light(sample, count, weight);
 }
 
 Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight,
@@ -202,8 +220,7 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
                           std::fabs(projected_solid_angle(axis, light.radius, at.surface.shading_normal)));
     if (math::is_black(at.material->specular)) return exact;
   }
-  Color sum, sum_of_squares;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  const auto sample = [&](std::uint32_t i) -> Color {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
     Vec3 towards;
     if (cone) {
@@ -214,34 +231,19 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
       const double inside = light.radius * light.radius - dot(axis, axis);
       towards = w * (b + std::sqrt(std::max(0.0, b * b + inside)));
     }
-    if (!is_on_viewers_side(at, towards)) continue;
+    if (!is_on_viewers_side(at, towards)) return math::black;
     const double solid_angle = cone ? cone->solid_angle : 4 * math::pi;
     const Vec3 l = towards * (-1 / math::length(towards));
     const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (solid_angle / math::pi);
-    if (math::is_black(share)) continue;
-    const Color value =
-        filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
-    sum += value;
-    sum_of_squares += value * value;
-  }
-  return exact + averaged_area_light(sum, sum_of_squares, weight);
+    if (math::is_black(share)) return math::black;
+    return filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
+  };
+  return exact + averaged_area_light(sample, count, weight);
 }
 
 Color Integrator::exact_diffuse(const ShadingPoint& at, const Color& radiance, double projected_solid_angle) {
   counters_.area_samples_exact += static_cast<std::uint64_t>(sampling_->spiral.count());
   return filtered(radiance, at.material->diffuse * (projected_solid_angle / math::pi));
-}
-
-Color Integrator::averaged_area_light(const Color& sum, const Color& sum_of_squares, const Color& weight) {
-  const double n = sampling_->spiral.count();
-  const Color mean = sum * (1 / n);
-  const Color spread = sum_of_squares * (1 / n) - mean * mean;
-  // As for discs: well-spread samples beat independent ones by √N in variance.
-  const Color squared = filtered(weight, weight);
-  const double scale = spread_variance / (n * std::sqrt(n));
-  variance_ += filtered(
-      squared, {std::max(0.0, spread.r) * scale, std::max(0.0, spread.g) * scale, std::max(0.0, spread.b) * scale});
-  return mean;
 }
 
 Color Integrator::secondary(const ShadingPoint& at, int depth, const Color& weight, const sampling::Key& key) {

@@ -22,7 +22,7 @@ class Integrator {
 
   struct Sample {
     Color radiance;
-    Color variance;  // of `radiance`, from the soft lights' samples
+    Variance variance;  // of `radiance`, from the soft lights' samples
   };
   /// `ray.direction` is unit; `key` names the camera sample; every soft light gets `sampling`.
   Sample trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key);
@@ -41,8 +41,9 @@ class Integrator {
   Color visible(const Color& share, const Visibility& visibility, const Color& weight);
   /// Diffuse light from an area light that nothing hides, in closed form.
   Color exact_diffuse(const ShadingPoint& at, const Color& radiance, double projected_solid_angle);
-  /// The mean of an area light's samples; accounts for its variance.
-  Color averaged_area_light(const Color& sum, const Color& sum_of_squares, const Color& weight);
+  /// The mean of an area light's `count` samples; accounts for its variance.
+  template <class SampleFunction>
+  Color averaged_area_light(const SampleFunction& sample, std::uint32_t count, const Color& weight);
 
   const Scene& scene_;
   IntegratorSettings settings_;
@@ -50,7 +51,7 @@ class Integrator {
   const DiscSampling* sampling_ = nullptr;  // of the sample being traced
   Counters counters_;
   Shadows shadows_;
-  Color variance_;
+  Variance variance_;
 };
 
 }  // namespace penumbra::shading

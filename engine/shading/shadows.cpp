@@ -10,10 +10,28 @@ namespace {
 
 using math::dot;
 
-/// `constant`·s(1 − s)·N^−`order`, where s is the share that gets through.
-Visibility with_variance(const Color& mean, double constant, double count_to_the_order) {
-  const auto variance = [&](double s) { return constant * std::max(0.0, s * (1 - s)) / count_to_the_order; };
-  return {mean, {variance(mean.r), variance(mean.g), variance(mean.b)}};
+/// Modelled as `constant`·s(1 − s) / `count_to_the_power`, where s is the share that gets through. That `count` samples
+/// agree does not mean that all would: s is as far from 0 and 1 as half a sample more would put it.
+Visibility with_variance(const sampling::Halves& halves, sampling::Halves::Order order, double constant, double count,
+                         double count_to_the_power) {
+  const Color mean = halves.mean();
+  const double least = 0.5 / (count + 1);
+  const auto variance = [&](double share) {
+    const double s = std::clamp(share, least, 1 - least);
+    return constant * s * (1 - s) / count_to_the_power;
+  };
+  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}};
+}
+
+/// Whether all corners are above the horizon for certain.
+bool is_well_above(const Vec3& facing, const std::array<Vec3, 4>& corners) {
+  return std::ranges::all_of(
+      corners, [&](const Vec3& corner) { return dot(facing, corner) > math::gamma(64) * math::length(corner); });
+}
+
+/// Whether every way to the corners leaves the point's surface on its outer side.
+bool leaves_on_outer_side(const ShadingPoint& at, const std::array<Vec3, 4>& corners) {
+  return dot(at.facing, at.surface.normal) > 0 && is_well_above(at.facing, corners);
 }
 
 }  // namespace
@@ -43,13 +61,9 @@ Shadows::Verdict Shadows::classify(const ShadingPoint& at, const std::array<Vec3
   if (!is_infinite) {
     for (Vec3& corner : targets) corner += at.surface.position;
   }
-  const bool is_outside = dot(at.facing, at.surface.normal) > 0;
-  const bool leaves_self = is_outside && std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
-                             return dot(at.facing, corner) > math::gamma(64) * math::length(corner);
-                           });
-  candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id, leaves_self);
+  candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id, leaves_on_outer_side(at, corners));
   if (candidates_.is_dark()) return Verdict::dark;
-  if (candidates_.has_overflowed()) return Verdict::unknown;
+  if (candidates_.is_incomplete()) return Verdict::unknown;
   return candidates_.list().empty() ? Verdict::lit : Verdict::listed;
 }
 
@@ -80,67 +94,104 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
   const auto count = static_cast<std::uint64_t>(sampling.spiral.count());
   const double fu = dot(at.facing, u), fv = dot(at.facing, v);
   const bool is_above_horizon = dot(at.facing, axis) > std::sqrt(fu * fu + fv * fv);
-  const Verdict verdict = classify(at, {axis - u - v, axis + u - v, axis + u + v, axis - u + v}, limit == HUGE_VAL);
-  if (verdict == Verdict::dark) {
-    counters_.shadow_rays_dark += count;
-    return {math::black, math::black};
-  }
-  if (verdict == Verdict::lit && is_above_horizon) {
-    counters_.shadow_rays_lit += count;
-    return {};
-  }
-  if (verdict != Verdict::unknown) {
+  const auto is_seen = [&](double x, double y) {
+    const Vec3 towards = axis + u * x + v * y;
+    ++counters_.shadow;
+    crossed_.clear();
+    return accel::cross_transparent(scene_.world, {leave_surface(at.surface, towards), towards, at.id}, limit, crossed_);
+  };
+  if (use_candidates_) {
     const Vec3 from = leave_surface(at.surface, at.facing);
     const bool is_infinite = limit == HUGE_VAL;
     const DiscView view{from, is_infinite ? axis : axis - (from - at.surface.position), u, v, is_infinite};
-    if (find_covers(at, view, !is_above_horizon)) {
-      counters_.shadow_rays_covered += count;
+    gather(at, view);
+    if (candidates_.is_dark()) {
+      counters_.shadow_rays_dark += count;
+      return {math::black, {}};
+    }
+    if (candidates_.list().empty() && candidates_.silhouette().empty() && !candidates_.is_incomplete() &&
+        is_above_horizon) {
+      // Whatever triangles there are, one ray tells for all.
+      const bool is_lit = !candidates_.has_opaque_triangles() || is_seen(0, 0);
+      (is_lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
+      return {is_lit ? math::white : math::black, {}};
+    }
+    if (!candidates_.is_incomplete() && find_covers(at, view, !is_above_horizon)) {
       const double chords = sampling.chords.count();
-      const Color mean =
-          mean_transmittance({covers_.data(), covers_.size()}, view, sampling.chords, key.uniform(0), key.uniform(1));
-      return with_variance(mean, chord_variance, chords * chords * chords);
+      const sampling::Halves halves =
+          sweep_.integrate(covers_, candidates_.silhouette(), candidates_.has_opaque_triangles(), sampling.chords,
+                           key.uniform(0), key.uniform(1), is_seen);
+      if (sweep_.is_certain()) {
+        (halves.mean().r > 0 ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
+        return {halves.mean(), {}};
+      }
+      counters_.shadow_rays_covered += count;
+      return with_variance(halves, sampling::Halves::chords(sampling.chords.count()), chord_variance, chords,
+                           chords * chords * chords);
     }
   }
   const sampling::DiscSpiral::Turn turn = sampling::DiscSpiral::turn(key);
-  Color sum;
+  sampling::Halves halves;  // every second point of the spiral makes a spiral again
   for (int i = 0; i < sampling.spiral.count(); ++i) {
     const auto [x, y] = sampling.spiral.point(i, turn);
-    sum += transmittance_of_sample(verdict, at, axis + u * x + v * y, limit);
+    halves.add(i % 2 == 1, transmittance(at, axis + u * x + v * y, limit));
   }
   const double n = sampling.spiral.count();
-  return with_variance(sum * (1 / n), spread_variance, n * std::sqrt(n));
+  return with_variance(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
+}
+
+void Shadows::gather(const ShadingPoint& at, const DiscView& view) {
+  const Vec3 &axis = view.axis, &u = view.u, &v = view.v;
+  std::array<Vec3, 4> corners{axis - u - v, axis + u - v, axis + u + v, axis - u + v};
+  const bool leaves_self = leaves_on_outer_side(at, corners);
+  const bool is_above = is_well_above(at.facing, corners);
+  if (!view.is_infinite) {
+    for (Vec3& corner : corners) corner += view.from;
+  }
+  // Dual to u, v and axis.
+  const double volume = 1 / dot(axis, math::cross(u, v));
+  const accel::Projection projection{view.from, math::cross(v, axis) * volume, math::cross(axis, u) * volume,
+                                     math::cross(u, v) * volume, view.is_infinite};
+  const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above ? at.facing : Vec3{});
+  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self);
 }
 
 bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {
   covers_.clear();
+  // In scene order, whatever structure found them: sums and products round the same way.
+  candidates_.sort();
+  const accel::World& world = scene_.world;
   for (const accel::Candidate& candidate : candidates_.list()) {
     const std::uint32_t id = candidate.surface.item;
-    const accel::Item& item = scene_.world.items[id];
-    std::optional<DiscCover> cover;
+    const accel::Item& item = world.items[id];
+    const std::size_t first = covers_.size();
+    const auto in_item_space = [&] {
+      return item.placement == accel::not_placed ? view : view.in_space(world.placements[item.placement].world_to_local);
+    };
+    bool is_simple = false;
     int crossings = 1;
     if (candidate.is_triangle) {
-      cover = cover_of(candidate.triangle, view);
-      if (!cover) continue;
+      is_simple = append_cover(candidate.triangle, view, covers_);
     } else if (item.kind == accel::Kind::plane) {
-      cover = cover_of(scene_.world.planes[item.index], view);
-    } else if (item.kind == accel::Kind::sphere && item.placement == accel::not_placed && id != at.id.item) {
-      cover = cover_of(scene_.world.spheres[item.index], view);
+      is_simple = append_cover(world.planes[item.index], view, covers_);
+    } else if (item.kind == accel::Kind::sphere && id != at.id.item) {
+      is_simple = append_cover(world.spheres[item.index], in_item_space(), covers_);
       crossings = 2;
+    } else if (item.kind == accel::Kind::cylinder && id != at.id.item && candidate.is_opaque) {
+      is_simple = append_cover(world.cylinders[item.index], in_item_space(), covers_);
     }
-    if (!cover) return false;
+    if (!is_simple) return false;
     const Color& transmission = scene_.materials[scene_.item_material[id]].transmission;
-    cover->is_opaque = candidate.is_opaque;
-    cover->transmittance = crossings == 2 ? transmission * transmission : transmission;
-    cover->place = candidate.surface;
-    covers_.push_back(*cover);
+    for (std::size_t i = first; i < covers_.size(); ++i) {
+      covers_[i].is_opaque = candidate.is_opaque;
+      covers_[i].transmittance = crossings == 2 ? transmission * transmission : transmission;
+    }
   }
   if (has_horizon) {
     covers_.push_back(cover_below_horizon(at.facing, view));
     covers_.back().is_opaque = !at.material->transmits;
     covers_.back().transmittance = own_surface(at);
   }
-  // In scene order, whatever structure found them: sums and products round the same way.
-  std::sort(covers_.begin(), covers_.end(), [](const DiscCover& a, const DiscCover& b) { return a.place < b.place; });
   return true;
 }
 

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "engine/accel/queries.h"
-#include "engine/accel/shaft.h"
+#include "engine/accel/candidates.h"
 #include "engine/geometry/surface.h"
 #include "engine/sampling/patterns.h"
+#include "engine/shading/chord_sweep.h"
 #include "engine/shading/counters.h"
 #include "engine/shading/disc_cover.h"
 #include "engine/shading/scene.h"
@@ -23,9 +24,17 @@ struct ShadingPoint {
   Vec3 facing;  // the geometric normal, unit, on the viewer's side
 };
 
-/// The mean transmittance over a light and the variance of that estimate, per channel.
+/// The variance of a mean, per channel, found in two ways. `measured` (see sampling::Halves) is right on average over
+/// many means but may be small by chance; `modelled` is the typical variance of a mean like this: to stop at, no single
+/// one should be trusted further.
+struct Variance {
+  Color measured, modelled;
+};
+
+/// The mean transmittance over a light and the variance of that estimate.
 struct Visibility {
-  Color mean = math::white, variance = math::black;
+  Color mean = math::white;
+  Variance variance;
 };
 
 /// The error of a covered share s from N well-spread samples: its variance is about c·s(1 − s)·N^−1.5, with c measured
@@ -35,10 +44,11 @@ inline constexpr double spread_variance = 0.62;
 inline constexpr double chord_variance = 0.46;
 
 /// The samples every disc light gets at a hit. Where its occluders are few and simple, chords that are as good as the
-/// points of the spiral: √N of them.
+/// points of the spiral: √N of them. Two at least and an even number of
+/// chords, so that halves tell the error.
 struct DiscSampling {
   explicit DiscSampling(int samples)
-      : spiral(samples), chords(std::max(2, static_cast<int>(std::ceil(std::sqrt(samples))))) {}
+      : spiral(std::max(2, samples)), chords(2 * std::max(1, static_cast<int>(std::ceil(0.5 * std::sqrt(samples))))) {}
   sampling::DiscSpiral spiral;
   sampling::DiscChords chords;
 };
@@ -68,6 +78,8 @@ class Shadows {
  private:
   Color through_items(const std::vector<std::uint32_t>& items) const;
   Color own_surface(const ShadingPoint& at) const { return at.material->transmission; }
+  /// Finds what may hide some of the disc.
+  void gather(const ShadingPoint& at, const DiscView& view);
   /// Fills covers_ from the candidates; false when one of them has no simple cover.
   bool find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon);
 
@@ -77,6 +89,7 @@ class Shadows {
   accel::Crossed crossed_;
   accel::Candidates candidates_;
   std::vector<DiscCover> covers_;
+  ChordSweep sweep_;
 };
 
 }  // namespace penumbra::shading

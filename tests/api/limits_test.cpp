@@ -147,7 +147,7 @@ TEST_CASE("a member named twice among very many is found") {
   for (int i = 0; i < 200'000; ++i) materials.append("\"").append(std::to_string(i)).append("\":{},");
   const auto problem = refusal(job(R"(, "materials": {)" + materials + R"("123456": {}})"));
   REQUIRE(problem);
-  CHECK(problem->status == 400);
+  CHECK(problem->status == 422);
   REQUIRE(problem->errors.size() == 1);
   CHECK(problem->errors[0].pointer == "/scene/materials/123456");
 }

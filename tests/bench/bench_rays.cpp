@@ -182,8 +182,9 @@ nlohmann::json run(const Contest& contest, int threads, int runs) {
 nlohmann::json builds(const scene::Description& description, const FlatScene& flat, int threads, int runs) {
   std::vector<double> penumbra, embree;
   const std::vector<scene::Material> all_opaque;
+  render::Pool pool(threads);
   for (int i = 0; i < runs; ++i) {
-    penumbra.push_back(1e3 * timed([&] { compile_with(description, threads); }));
+    penumbra.push_back(1e3 * timed([&] { compile_with(description, pool); }));
     embree.push_back(1e3 * EmbreeScene(flat, all_opaque, {threads, false}).build_seconds());
   }
   std::printf("  build    %d  %7.2f %7.2f ms        %s\n", threads, median(penumbra), median(embree),
@@ -194,7 +195,8 @@ nlohmann::json builds(const scene::Description& description, const FlatScene& fl
 int bench(const std::string& path, int runs, const std::string& json_path) {
   const api::JobRequest job = load_job(path);
   const FlatScene flat = flatten(job.scene);
-  const render::Compiled compiled = compile_with(job.scene, 2);
+  render::Pool pool(2);
+  const render::Compiled compiled = compile_with(job.scene, pool);
   const accel::World& world = compiled.scene.world;
   const std::vector<scene::Material> all_opaque;
   const EmbreeScene embree(flat, all_opaque, {2, false}), robust(flat, all_opaque, {2, true});

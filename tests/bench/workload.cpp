@@ -52,8 +52,12 @@ double timed_in_pieces(std::size_t count, int threads, const std::function<void(
   });
 }
 
-render::Compiled compile_with(const scene::Description& description, int /*threads*/) {
-  return render::compile(description, {});
+render::Compiled compile_with(const scene::Description& description, render::Pool& pool) {
+  render::CompileSettings settings;
+  settings.parallel_for = [&](std::int64_t count, const std::function<void(std::int64_t)>& task) {
+    pool.run(count, pool.size(), task);
+  };
+  return render::compile(description, settings);
 }
 
 double median(std::vector<double> values) {

@@ -6,6 +6,7 @@
 
 #include "api/job_request.h"
 #include "engine/render/compile.h"
+#include "engine/render/pool.h"
 
 namespace penumbra::bench {
 
@@ -19,8 +20,8 @@ double timed_in_pieces(std::size_t count, int threads, const std::function<void(
 /// Seconds `work` takes.
 double timed(const std::function<void()>& work);
 
-/// Penumbra's compiled scene, built with `threads` threads.
-render::Compiled compile_with(const scene::Description& description, int threads);
+/// Penumbra's compiled scene, built on `pool`.
+render::Compiled compile_with(const scene::Description& description, render::Pool& pool);
 
 double median(std::vector<double> values);
 

@@ -79,7 +79,11 @@ TEST_CASE("version and help") {
     const Run help = penumbra(folder, command + " --help");
     CHECK(help.status == 0);
     CHECK(help.out.find("Usage: penumbra " + command) != std::string::npos);
-    CHECK(help.out.find("Env:PENUMBRA_") != std::string::npos);
+    std::istringstream lines(help.out);
+    for (std::string line; std::getline(lines, line);) {
+      const bool is_flag = line.starts_with("  -") && !line.starts_with("  -h,");
+      CHECK_MESSAGE((!is_flag || line.find("(Env:PENUMBRA_") != std::string::npos), line);
+    }
   }
 }
 
@@ -200,4 +204,7 @@ TEST_CASE("a file that cannot be written is a failure") {
   const std::string file = folder.file("job.json", job);
   fs::create_directory(folder / "taken.png");
   CHECK(penumbra(folder, "render " + file + " -o " + folder / "taken.png").status == 1);
+  const std::string to_a_full_disk = " >/dev/full 2>&1 || exit $?;";
+  CHECK(penumbra(folder, "validate " + file + to_a_full_disk).status == 1);
+  CHECK(penumbra(folder, "render " + file + " --stats - -o " + folder / "a.png" + to_a_full_disk).status == 1);
 }

@@ -55,6 +55,35 @@ TEST_CASE("sRGB levels are the nearest ones, and clamp") {
   }
 }
 
+TEST_CASE("the sRGB level changes exactly where rounding to nearest does, for 8 and 16 bits") {
+  const auto check = [](const auto& to_levels, int top) {
+    render::Film film(top, 2);
+    // Per boundary between two levels the two floats around it; blue is no number.
+    for (int level = 0; level < top; ++level) {
+      const long double e = (level + 0.5L) / top;
+      const long double linear = e <= 0.04045L ? e / 12.92L : std::pow((e + 0.055L) / 1.055L, 2.4L);
+      const auto near = static_cast<float>(linear);
+      for (int row = 0; row < 2; ++row) {
+        const bool is_upper = row == 1, goes_up = (near >= linear) != is_upper && is_upper;
+        const bool goes_down = near >= linear && !is_upper;
+        film.rgb[film.offset(level, row)] = goes_up     ? std::nextafter(near, 1.0F)
+                                            : goes_down ? std::nextafter(near, 0.0F)
+                                                        : near;
+        film.rgb[film.offset(level, row) + 2] = std::nanf("");
+      }
+    }
+    const auto levels = to_levels(film, scene::Transfer::srgb);
+    int wrong = 0;
+    for (int level = 0; level < top; ++level) {
+      if (levels[film.offset(level, 0)] != level || levels[film.offset(level, 1)] != level + 1) ++wrong;
+      if (levels[film.offset(level, 0) + 2] != 0) ++wrong;
+    }
+    CHECK(wrong == 0);
+  };
+  check(output::to_8_bit, 255);
+  check(output::to_16_bit, 65535);
+}
+
 TEST_CASE("PNG files hold the levels, 8 and 16 bit, and are the same every time") {
   const render::Film film = ramp();
   for (const auto transfer : {scene::Transfer::srgb, scene::Transfer::linear}) {

@@ -2,6 +2,7 @@
 // away.
 #include <doctest/doctest.h>
 
+#include "tests/robustness/kernels.h"
 #include "tests/robustness/worlds.h"
 
 using namespace penumbra;
@@ -32,39 +33,41 @@ std::vector<scene::Object> every_shape(const Vec3& c, double s) {
 }  // namespace
 
 TEST_CASE("recipe 2: a ray that leaves a surface does not meet it again where it started") {
-  const int rays = test::count(20'000, 200'000);
-  for (const double magnitude : {1e-8, 1.0, 1e8}) {
-    for (const double size : {magnitude, 1.0}) {
-      // One unit large, 10⁸ units away: what is left of the shape is its leading eight digits.
-      if (size < magnitude * 1e-8 || (size > magnitude && magnitude < 1)) continue;
-      const Vec3 centre = Vec3{0.3, -0.5, 0.8} * magnitude;
-      const auto shapes = every_shape(centre, size);
-      for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
-        const shading::Scene scene = test::compiled(test::with_objects({shapes[shape]}));
-        test::Random random(shape);
-        int hits = 0, again = 0;
-        for (int i = 0; i < rays; ++i) {
-          const Vec3 origin = centre + random.direction() * (3 * size);
-          const Vec3 target = centre + random.in_cube(0.7 * size);
-          const geometry::Ray ray{origin, math::normalize(target - origin), {}};
-          const auto hit = closest_hit(scene.world, ray);
-          if (!hit) continue;
-          ++hits;
-          const geometry::SurfacePoint at = surface_at(scene.world, ray, *hit);
-          for (int k = 0; k < 4; ++k) {
-            const Vec3 direction = random.direction();
-            if (std::fabs(math::dot(direction, at.normal)) < 1e-3) continue;
-            const geometry::Ray leaving{leave_surface(at, direction), direction, hit->surface};
-            const auto next = closest_hit(scene.world, leaving);
-            if (next && next->t < 1e-6 * size && !(next->t > 64 * math::length(at.error))) ++again;
+  const int rays = test::count(5'000, 200'000);
+  for (const std::int64_t instructions : test::kernels())
+    for (const double magnitude : {1e-8, 1.0, 1e8}) {
+      for (const double size : {magnitude, 1.0}) {
+        const test::Kernel kernel(instructions);
+        // One unit large, 10⁸ units away: what is left of the shape is its leading eight digits.
+        if (size < magnitude * 1e-8 || (size > magnitude && magnitude < 1)) continue;
+        const Vec3 centre = Vec3{0.3, -0.5, 0.8} * magnitude;
+        const auto shapes = every_shape(centre, size);
+        for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
+          const shading::Scene scene = test::compiled(test::with_objects({shapes[shape]}));
+          test::Random random(shape);
+          int hits = 0, again = 0;
+          for (int i = 0; i < rays; ++i) {
+            const Vec3 origin = centre + random.direction() * (3 * size);
+            const Vec3 target = centre + random.in_cube(0.7 * size);
+            const geometry::Ray ray{origin, math::normalize(target - origin), {}};
+            const auto hit = closest_hit(scene.world, ray);
+            if (!hit) continue;
+            ++hits;
+            const geometry::SurfacePoint at = surface_at(scene.world, ray, *hit);
+            for (int k = 0; k < 4; ++k) {
+              const Vec3 direction = random.direction();
+              if (std::fabs(math::dot(direction, at.normal)) < 1e-3) continue;
+              const geometry::Ray leaving{leave_surface(at, direction), direction, hit->surface};
+              const auto next = closest_hit(scene.world, leaving);
+              if (next && next->t < 1e-6 * size && !(next->t > 64 * math::length(at.error))) ++again;
+            }
           }
+          INFO(test::name_of(instructions), ", shape ", shape, ", coordinates ", magnitude, ", size ", size);
+          CHECK(hits > rays / 20);
+          CHECK(again == 0);
         }
-        INFO("shape ", shape, ", coordinates ", magnitude, ", size ", size);
-        CHECK(hits > rays / 20);
-        CHECK(again == 0);
       }
     }
-  }
 }
 
 TEST_CASE(
@@ -90,41 +93,45 @@ TEST_CASE(
     }
   }
   int different = 0, hits = 0;
-  for (int i = 0; i < test::count(1000, 20'000); ++i) {
-    const Vec3 origin{std::floor(random.between(-9, 9)), std::floor(random.between(-9, 9)),
-                      std::floor(random.between(-9, 9))};
-    for (const Vec3& direction : directions) {
-      const auto brute = closest_hit(scenes[0].world, {origin, direction, {}});
-      if (brute) ++hits;
-      for (const shading::Scene& scene : scenes) {
-        const auto found = closest_hit(scene.world, {origin, direction, {}});
-        if (found.has_value() != brute.has_value() ||
-            (found && (found->t != brute->t || found->surface != brute->surface)))
-          ++different;
+  for (const std::int64_t instructions : test::kernels())
+    for (int i = 0; i < test::count(300, 20'000); ++i) {
+      const test::Kernel kernel(instructions);
+      const Vec3 origin{std::floor(random.between(-9, 9)), std::floor(random.between(-9, 9)),
+                        std::floor(random.between(-9, 9))};
+      for (const Vec3& direction : directions) {
+        const auto brute = closest_hit(scenes[0].world, {origin, direction, {}});
+        if (brute) ++hits;
+        for (const shading::Scene& scene : scenes) {
+          const auto found = closest_hit(scene.world, {origin, direction, {}});
+          if (found.has_value() != brute.has_value() ||
+              (found && (found->t != brute->t || found->surface != brute->surface)))
+            ++different;
+        }
       }
     }
-  }
   CHECK(hits > 1000);
   CHECK(different == 0);
 }
 
 TEST_CASE("recipe 5: rays that are no numbers end, and find nothing or something finite") {
   const double nan = std::nan(""), inf = HUGE_VAL;
-  for (const auto acceleration : test::accelerations) {
-    const shading::Scene scene = test::compiled(test::with_objects(every_shape({0, 0, 0}, 1)), acceleration);
-    for (const double bad : {nan, inf, -inf, 0.0, 1e308, 5e-324}) {
-      for (int place = 0; place < 6; ++place) {
-        Vec3 origin{0.1, 0.2, -5}, direction{0.01, 0.02, 1};
-        (place < 3 ? origin : direction)[place % 3] = bad;
-        const auto hit = closest_hit(scene.world, {origin, direction, {}});
-        if (hit) CHECK(hit->t > 0);
-        accel::Crossed crossed;
-        cross_transparent(scene.world, {origin, direction, {}}, 1, crossed);
+  for (const std::int64_t instructions : test::kernels())
+    for (const auto acceleration : test::accelerations) {
+      const test::Kernel kernel(instructions);
+      const shading::Scene scene = test::compiled(test::with_objects(every_shape({0, 0, 0}, 1)), acceleration);
+      for (const double bad : {nan, inf, -inf, 0.0, 1e308, 5e-324}) {
+        for (int place = 0; place < 6; ++place) {
+          Vec3 origin{0.1, 0.2, -5}, direction{0.01, 0.02, 1};
+          (place < 3 ? origin : direction)[place % 3] = bad;
+          const auto hit = closest_hit(scene.world, {origin, direction, {}});
+          if (hit) CHECK(hit->t > 0);
+          accel::Crossed crossed;
+          cross_transparent(scene.world, {origin, direction, {}}, 1, crossed);
+        }
       }
+      CHECK_FALSE(closest_hit(scene.world, {{nan, nan, nan}, {nan, nan, nan}, {}}));
+      CHECK_FALSE(closest_hit(scene.world, {{0, 0, -5}, {0, 0, 0}, {}}));
     }
-    CHECK_FALSE(closest_hit(scene.world, {{nan, nan, nan}, {nan, nan, nan}, {}}));
-    CHECK_FALSE(closest_hit(scene.world, {{0, 0, -5}, {0, 0, 0}, {}}));
-  }
 }
 
 TEST_CASE("recipe 6: spheres far away, against long double") {

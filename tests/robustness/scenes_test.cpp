@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "engine/render/camera.h"
+#include "tests/robustness/kernels.h"
 #include "tests/robustness/worlds.h"
 #include "tests/support/picture.h"
 
@@ -51,10 +52,13 @@ double largest_difference(const render::Film& a, const render::Film& b) {
 
 TEST_CASE("recipe 3: a scaled scene meets the same surfaces; so does a moved one, with the same picture") {
   const auto here = ids(still_life(1, {}));
-  for (const double scale : {0x1p-20, 0x1p20}) CHECK(ids(still_life(scale, {})) == here);
   // Ten units large, moved by a million times that.
   const Vec3 far{1e7, -0.5e7, 0.75e7};
-  CHECK(ids(still_life(1, far)) == here);
+  for (const std::int64_t instructions : test::kernels()) {
+    const test::Kernel kernel(instructions);
+    for (const double scale : {0x1p-20, 0x1p20}) CHECK(ids(still_life(scale, {})) == here);
+    CHECK(ids(still_life(1, far)) == here);
+  }
   const double difference =
       largest_difference(test::render(still_life(1, {})).film, test::render(still_life(1, far)).film);
   MESSAGE("largest difference of a picture moved by 10⁶ sizes: ", difference);
@@ -87,21 +91,23 @@ TEST_CASE("recipe 8: every structure agrees on grids, slivers, doubles, points, 
   std::vector<shading::Scene> scenes;
   for (const auto acceleration : test::accelerations) scenes.push_back(test::compiled(description, acceleration));
   int different = 0, hits = 0;
-  for (int i = 0; i < test::count(50'000, 1'000'000); ++i) {
-    // Half of them straight down on the grid's vertices and edges.
-    const bool is_straight = i % 2 == 0;
-    const Vec3 origin =
-        is_straight ? Vec3{0.5 * random.below(16) - 4, 5, 0.5 * random.below(16) - 4} : random.in_cube(8);
-    const Vec3 direction = is_straight ? Vec3{0, -1, 0} : random.direction();
-    const auto brute = closest_hit(scenes[0].world, {origin, direction, {}});
-    if (brute) ++hits;
-    for (const shading::Scene& scene : scenes) {
-      const auto found = closest_hit(scene.world, {origin, direction, {}});
-      if (found.has_value() != brute.has_value() ||
-          (found && (found->t != brute->t || found->surface != brute->surface)))
-        ++different;
+  for (const std::int64_t instructions : test::kernels())
+    for (int i = 0; i < test::count(15'000, 1'000'000); ++i) {
+      const test::Kernel kernel(instructions);
+      // Half of them straight down on the grid's vertices and edges.
+      const bool is_straight = i % 2 == 0;
+      const Vec3 origin =
+          is_straight ? Vec3{0.5 * random.below(16) - 4, 5, 0.5 * random.below(16) - 4} : random.in_cube(8);
+      const Vec3 direction = is_straight ? Vec3{0, -1, 0} : random.direction();
+      const auto brute = closest_hit(scenes[0].world, {origin, direction, {}});
+      if (brute) ++hits;
+      for (const shading::Scene& scene : scenes) {
+        const auto found = closest_hit(scene.world, {origin, direction, {}});
+        if (found.has_value() != brute.has_value() ||
+            (found && (found->t != brute->t || found->surface != brute->surface)))
+          ++different;
+      }
     }
-  }
   CHECK(hits > 2000);
   CHECK(different == 0);
 }

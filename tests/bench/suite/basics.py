@@ -105,3 +105,21 @@ def build():
                     [("", "s"), ("penumbra", f"{program:.0f}"), ("with all tests", f"{time.perf_counter() - start:.0f}")])
     finally:
         shutil.rmtree(folder)
+
+
+def encode():
+    subprocess.run([BIN / "test_engine", "--test-case=figures: encoding", "--no-skip", "--minimal"], check=True)
+
+
+def start():
+    with tempfile.TemporaryDirectory() as folder:
+        command = [BIN / "penumbra", "render", SCENES / "light-sphere-point.json", "-o", Path(folder) / "image.png",
+                   "--set", "width=64", "--set", "height=64"]
+        times = []
+        for _ in range(101):
+            begin = time.perf_counter()
+            subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+            times.append(1000 * (time.perf_counter() - begin))
+    times.sort()
+    print_table("penumbra render, 64 x 64, hard shadows, start to PNG, 101 runs",
+                [("", "ms"), ("least", f"{times[0]:.1f}"), ("median", f"{times[50]:.1f}"), ("p90", f"{times[90]:.1f}")])

@@ -1,0 +1,200 @@
+#include "engine/accel/candidates.h"
+
+#include <algorithm>
+
+#include "engine/accel/queries.h"
+#include "engine/accel/tree.h"
+#include "engine/accel/wide_walk.h"
+
+namespace penumbra::accel {
+namespace {
+
+/// Calls at_triangle(index) and at_other(item) for what the shaft may meet, until one returns true; with `silhouettes`,
+/// without_silhouette() for what triangles it leaves out.
+template <class AtTriangle, class AtOther, class WithoutSilhouette>
+bool search(const Structure& structure, const Shaft& shaft, bool silhouettes, const AtTriangle& at_triangle,
+            const AtOther& at_other, const WithoutSilhouette& left_out) {
+  if (structure.wide) {
+    struct Visitor final : ShaftVisitor {
+      Visitor(const AtTriangle& t, const AtOther& o, const WithoutSilhouette& w)
+          : at_triangle(t), at_other(o), left_out(w) {}
+      bool triangle(std::uint32_t index) override { return at_triangle(index); }
+      bool other(std::uint32_t item) override { return at_other(item); }
+      void without_silhouette() override { left_out(); }
+      const AtTriangle& at_triangle;
+      const AtOther& at_other;
+      const WithoutSilhouette& left_out;
+    } visitor(at_triangle, at_other, left_out);
+    return walk(*structure.wide, silhouettes ? structure.cones.get() : nullptr, shaft, visitor);
+  }
+  const Tree& tree = *structure.plain;
+  const auto misses = [&](const math::Bounds& box) { return shaft.misses(box); };
+  auto at_leaf = [&](const Tree::Node& leaf) {
+    return std::ranges::any_of(tree.triangles(leaf), at_triangle) || std::ranges::any_of(tree.others(leaf), at_other);
+  };
+  return !misses(tree.root().box) && visit(tree, tree.root(), misses, at_leaf);
+}
+
+}  // namespace
+
+class Candidates::Search {
+ public:
+  Search(const World& world, const SurfaceId& self, bool leaves_self, const Projection* projection, Candidates& found)
+      : world_(world), self_(self), leaves_self_(leaves_self), projection_(projection), found_(found) {
+    found.list_.clear();
+    found.silhouette_.clear();
+    found.has_opaque_triangles_ = found.is_incomplete_ = found.is_dark_ = false;
+  }
+
+  void collect(const Shaft& shaft) {
+    const auto add = [&](std::uint32_t item) { return add_item(shaft, item); };
+    if (std::ranges::any_of(world_.infinite_items, add)) return;
+    const OwnedTriangles owned(world_);
+    search(
+        world_.structure, shaft, projection_ != nullptr,
+        [&](std::uint32_t index) {
+          return add_triangle(shaft, shaft, world_.triangles, index, owned, projection_, nullptr);
+        },
+        add, [&] { found_.has_opaque_triangles_ = true; });
+  }
+
+ private:
+  /// True when the search is over.
+  bool add(const Candidate& candidate) {
+    if (found_.list_.size() == (projection_ == nullptr ? list_capacity : outline_capacity))
+      return found_.is_incomplete_ = true;
+    found_.list_.push_back(candidate);
+    return false;
+  }
+
+  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
+                    const OwnedTriangles& owned, const Projection* projection, const Placement* placement) {
+    const SurfaceId id = owned.surface(index);
+    const bool is_opaque = world_.items[id.item].is_opaque;
+    if (projection != nullptr && is_opaque) return add_silhouette(shaft, triangles, index, owned, *projection);
+    if (id == self_ || shaft.misses(triangles[index])) return false;
+    Candidate candidate{id, is_opaque, true, triangles[index]};
+    if (placement != nullptr) {
+      const math::Affine& map = placement->local_to_world;
+      geometry::TriangleVertices& t = candidate.triangle;
+      t = {map.point(t.v0), map.point(t.v1), map.point(t.v2)};
+    }
+    if (candidate.is_opaque && world_shaft.is_covered_by(candidate.triangle)) return found_.is_dark_ = true;
+    return add(candidate);
+  }
+
+  bool add_silhouette(const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
+                      const OwnedTriangles& owned, const Projection& projection) {
+    const SurfaceId id = owned.surface(index);
+    const bool is_self = id == self_;
+    const auto projected = [&](std::uint32_t triangle) {
+      const auto& [a, b, c] = triangles.corners[triangle];
+      return std::array<Vec3, 3>{projection(triangles.positions[a]), projection(triangles.positions[b]),
+                                 projection(triangles.positions[c])};
+    };
+    // Where a triangle's projection winds counter-clockwise, it lies left of its edges.
+    const auto is_counter_clockwise = [](const std::array<Vec3, 3>& v) {
+      return math::dot(math::cross(v[0], v[1]), v[2]) > 0;
+    };
+    const std::array<Vec3, 3> v = projected(index);
+    if (!is_self) {
+      if (!projection.is_infinite && std::max(v[0].z, std::max(v[1].z, v[2].z)) >= 1) {
+        if (shaft.misses(triangles[index])) return false;
+        return found_.is_incomplete_ = true;
+      }
+      found_.has_opaque_triangles_ = true;
+    }
+    const bool lies_left = is_counter_clockwise(v);
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t other = triangles.neighbours[index][e];
+      // The first of two neighbours speaks for their edge.
+      const Vec3 &from = v[e], &to = v[(e + 1) % 3];
+      if (other < index || is_beside_square(from, to)) continue;
+      int left = 0, right = 0;
+      if (!is_self) ++(lies_left ? left : right);
+      if (other != TriangleSet::no_neighbour && owned.surface(other) != self_)
+        ++(is_counter_clockwise(projected(other)) ? right : left);
+      if (left == right) continue;
+      if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
+      if (found_.silhouette_.size() == silhouette_capacity) return found_.is_incomplete_ = true;
+      found_.silhouette_.push_back({from, to, right - left, {id, static_cast<std::uint32_t>(e)}});
+    }
+    return false;
+  }
+
+  /// Whether the edge lies on the outer side of a line through the square |x|, |y| ≤ 1 (of homogeneous coordinates).
+  static bool is_beside_square(const Vec3& a, const Vec3& b) {
+    return (a.x > a.z && b.x > b.z) || (-a.x > a.z && -b.x > b.z) || (a.y > a.z && b.y > b.z) ||
+           (-a.y > a.z && -b.y > b.z);
+  }
+
+  bool add_item(const Shaft& shaft, std::uint32_t id) {
+    const Item& item = world_.items[id];
+    if (item.kind == Kind::mesh) {
+      if (item.placement == not_placed) return add_mesh(shaft, shaft, id, projection_, nullptr);
+      const Placement& placement = world_.placements[item.placement];
+      if (projection_ == nullptr) return add_mesh(shaft, shaft.in_space_of(placement), id, nullptr, &placement);
+      const math::Affine& map = placement.local_to_world;
+      const Projection local{placement.world_to_local.point(projection_->apex), map.transposed_vector(projection_->x),
+                             map.transposed_vector(projection_->y), map.transposed_vector(projection_->w),
+                             projection_->is_infinite};
+      return add_mesh(shaft, shaft.in_space_of(placement), id, &local, &placement);
+    }
+    if (id == self_.item && (leaves_self_ || item.kind == Kind::plane)) return false;
+    if (item.placement == not_placed) {
+      if (item.kind == Kind::plane && shaft.misses(world_.planes[item.index])) return false;
+      if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
+      if (item.kind == Kind::sphere) {
+        if (shaft.misses(world_.spheres[item.index])) return false;
+        if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
+          return found_.is_dark_ = true;
+        return add({{id, 0}, item.is_opaque, false, {}});
+      }
+    }
+    if (const auto box = bounds_of(world_, item); box && shaft.misses(*box)) return false;
+    return add({{id, 0}, item.is_opaque, false, {}});
+  }
+
+  bool add_mesh(const Shaft& world_shaft, const Shaft& shaft, std::uint32_t id, const Projection* projection,
+                const Placement* placement) {
+    const MeshShape& mesh = world_.meshes[world_.items[id].index];
+    const OwnedTriangles owned(world_, id);
+    return search(
+        mesh.structure, shaft, projection != nullptr && world_.items[id].is_opaque,
+        [&](std::uint32_t index) {
+          return add_triangle(world_shaft, shaft, mesh.triangles, index, owned, projection, placement);
+        },
+        [](std::uint32_t) { return false; }, [&] { found_.has_opaque_triangles_ = true; });
+  }
+
+  /// Seen from outside, the segments that cross a convex body end in a convex set: four corners inside it prove all.
+  bool covers(const Shaft& shaft, std::uint32_t id) const {
+    const geometry::SphereShape& sphere = world_.spheres[world_.items[id].index];
+    if (!(math::length(shaft.apex() - sphere.center) > sphere.radius)) return false;
+    return std::ranges::all_of(shaft.edges(), [&](const Vec3& edge) {
+      return count_crossings(world_, id, {shaft.apex(), edge, {}}, 1) > 0;
+    });
+  }
+
+  static constexpr std::size_t silhouette_capacity = 16384;
+  const World& world_;
+  SurfaceId self_;
+  bool leaves_self_;
+  const Projection* projection_;
+  Candidates& found_;
+};
+
+void Candidates::sort() {
+  std::ranges::sort(list_, {}, &Candidate::surface);
+}
+
+void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self) {
+  Search(world, self, leaves_self, nullptr, *this).collect(shaft);
+}
+
+void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
+                                    const SurfaceId& self, bool leaves_self) {
+  Search(world, self, leaves_self, &projection, *this).collect(shaft);
+}
+
+}  // namespace penumbra::accel

@@ -1,0 +1,79 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/accel/shaft.h"
+#include "engine/accel/world.h"
+
+namespace penumbra::accel {
+
+/// Something that may cross the shaft.
+struct Candidate {
+  SurfaceId surface;
+  bool is_opaque = true;
+  bool is_triangle = false;
+  geometry::TriangleVertices triangle;  // in world space; only if is_triangle
+};
+
+/// A plane seen from an apex: the point p appears at (x·p', y·p') / (w·p') with p' = p − apex, and is in front of the
+/// apex where w·p' > 0 and, unless the plane is infinitely far, before the plane where w·p' < 1.
+struct Projection {
+  Vec3 apex, x, y, w;
+  bool is_infinite = false;
+
+  /// The homogeneous coordinates of p.
+  Vec3 operator()(const Vec3& p) const {
+    const Vec3 offset = p - apex;
+    return {math::dot(x, offset), math::dot(y, offset), math::dot(w, offset)};
+  }
+};
+
+/// An edge at which the number of opaque triangles in line changes: whoever crosses it from the left of from → to to its
+/// right has `jump` more before him. Homogeneous coordinates of a projection.
+struct SilhouetteEdge {
+  Vec3 from, to;
+  int jump = 0;
+  struct Place {
+    SurfaceId triangle;
+    std::uint32_t edge = 0;  // of the triangle
+    auto operator<=>(const Place&) const = default;
+  } place;
+};
+
+/// What may cross a shaft; made to be gathered again and again without allocating. Not to be shared.
+class Candidates {
+ public:
+  /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross, up to `list_capacity`.
+  /// `self` is what the apex lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every
+  /// segment leaves it on its outer side, it cannot meet a convex shape again.
+  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self);
+
+  /// As `gather`, but of opaque triangles only the silhouette: the edges in sight that do not lie between two triangles
+  /// side by side. Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH
+  /// 2005.
+  void gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection, const SurfaceId& self,
+                          bool leaves_self);
+
+  std::span<const Candidate> list() const { return list_; }
+  /// In the structure's order; edges beside the shaft may be among them.
+  std::span<const SilhouetteEdge> silhouette() const { return silhouette_; }
+  /// Brings the list from the structure's order into the scene's.
+  void sort();
+  /// Some opaque triangle may be in the shaft, though it need not show a silhouette.
+  bool has_opaque_triangles() const { return has_opaque_triangles_; }
+  /// The list is of no use: too much may cross the shaft, or (of a silhouette) a triangle crosses its far plane.
+  bool is_incomplete() const { return is_incomplete_; }
+  /// One opaque surface crosses every segment of the shaft.
+  bool is_dark() const { return is_dark_; }
+
+ private:
+  class Search;
+  static constexpr std::size_t list_capacity = 48, outline_capacity = 1024;
+  std::vector<Candidate> list_;
+  std::vector<SilhouetteEdge> silhouette_;
+  bool has_opaque_triangles_ = false, is_incomplete_ = false, is_dark_ = false;
+};
+
+}  // namespace penumbra::accel

@@ -1,0 +1,321 @@
+#include "engine/shading/chord_sweep.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "engine/math/elementary.h"
+
+namespace penumbra::shading {
+namespace {
+
+using sampling::Point2;
+
+// Of a chord's half: shorter parts are the rounding of edges that meet, and tell nothing of what is in line there.
+constexpr double shortest_part = 1e-9;
+
+/// Where on the way from `a` to `b` (homogeneous) the rim x² + y² = w² is met: t of both places, ascending.
+struct RimMeetings {
+  double first, second;
+  bool exist;
+};
+RimMeetings meet_rim(const Vec3& a, const Vec3& b) {
+  const Vec3 d = b - a;
+  const double q = d.x * d.x + d.y * d.y - d.z * d.z, half = a.x * d.x + a.y * d.y - a.z * d.z,
+               c = a.x * a.x + a.y * a.y - a.z * a.z;
+  const double discriminant = half * half - q * c;
+  if (!(discriminant > 0)) return {0, 0, false};
+  const double s = -(half + std::copysign(std::sqrt(discriminant), half));
+  if (s == 0 || q == 0) return {-c / (2 * half), -c / (2 * half), half != 0};
+  return {std::min(s / q, c / s), std::max(s / q, c / s), true};
+}
+
+Point2 at(const Vec3& a, const Vec3& b, double t) {
+  const Vec3 p = a + (b - a) * t;
+  return {p.x / p.z, p.y / p.z};
+}
+
+Point2 turned_point(const Point2& p, const Point2& along, const Point2& across) {
+  return {p.x * along.x + p.y * along.y, p.x * across.x + p.y * across.y};
+}
+
+/// Narrows [begin, end] to where a·t² + 2b·t + c ≥ 0, which is convex there.
+void clip_round(double a, double b, double c, double& begin, double& end) {
+  const auto is_inside = [&](double t) { return (a * t + 2 * b) * t + c >= 0; };
+  const double discriminant = b * b - a * c;
+  if (!(discriminant > 0) || a == 0) {
+    if (!is_inside(0.5 * (begin + end))) end = begin;
+    return;
+  }
+  const double q = -(b + std::copysign(std::sqrt(discriminant), b));
+  double low = q / a, high = q != 0 ? c / q : -low;
+  if (low > high) std::swap(low, high);
+  if (a < 0) {
+    begin = std::max(begin, low), end = std::min(end, high);
+    return;
+  }
+  // A hyperbola: one branch is inside the cone, the other inside its mirror image, which edges[0] ≥ 0 has cut off.
+  if (low > begin && high < end) {
+    (is_inside(0.5 * (begin + low)) ? end : begin) = is_inside(0.5 * (begin + low)) ? low : high;
+  } else if (low > begin && low < end) {
+    end = low;
+  } else if (high > begin && high < end) {
+    begin = high;
+  } else if (!is_inside(0.5 * (begin + end))) {
+    end = begin;
+  }
+}
+
+}  // namespace
+
+Linear ChordSweep::Frame::turned(const Linear& f) const {
+  return {f.a, f.b * across.x + f.c * across.y, f.b * along.x + f.c * along.y};
+}
+
+Quadratic ChordSweep::Frame::turned(const Quadratic& q) const {
+  const auto form = [&](const Point2& p, const Point2& r) {
+    return q.d * p.x * r.x + q.e * (p.x * r.y + p.y * r.x) + q.f * p.y * r.y;
+  };
+  return {q.a,
+          q.b * across.x + q.c * across.y,
+          q.b * along.x + q.c * along.y,
+          form(across, across),
+          form(across, along),
+          form(along, along)};
+}
+
+void ChordSweep::clip(std::span<const accel::SilhouetteEdge> silhouette) {
+  edges_.clear();
+  const auto is_inside = [](const Vec3& p) { return p.z > 0 && p.x * p.x + p.y * p.y < p.z * p.z; };
+  for (const accel::SilhouetteEdge& edge : silhouette) {
+    const Vec3 &a = edge.from, &b = edge.to;
+    const bool from_inside = is_inside(a), to_inside = is_inside(b);
+    if (from_inside && to_inside) {
+      edges_.push_back({at(a, b, 0), {b.x / b.z, b.y / b.z}, false, false, edge.jump, edge.place});
+      continue;
+    }
+    const RimMeetings rim = meet_rim(a, b);
+    if (!rim.exist) continue;
+    if (from_inside) {
+      const double t = rim.first > 0 ? rim.first : rim.second;
+      edges_.push_back({at(a, b, 0), at(a, b, std::clamp(t, 0.0, 1.0)), false, true, edge.jump, edge.place});
+    } else if (to_inside) {
+      const double t = rim.second < 1 ? rim.second : rim.first;
+      edges_.push_back({at(a, b, std::clamp(t, 0.0, 1.0)), {b.x / b.z, b.y / b.z}, true, false, edge.jump, edge.place});
+    } else if (rim.first > 0 && rim.second < 1 && is_inside(a + (b - a) * (0.5 * (rim.first + rim.second)))) {
+      edges_.push_back({at(a, b, rim.first), at(a, b, rim.second), true, true, edge.jump, edge.place});
+    }
+  }
+}
+
+/// Chords cross an edge at right angles best. The direction that most edges in sight agree on is the main axis of the
+/// sum of their normals' tensors.
+ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, double turn) const {
+  double xx = 0, xy = 0, yy = 0;
+  for (const DiscCover& cover : covers) {
+    for (std::size_t i = 0; i < cover.edge_count; ++i) {
+      const Linear& f = cover.edges[i];
+      const double squared = f.b * f.b + f.c * f.c;
+      if (!(f.a * f.a < squared)) continue;
+      const double weight = (1 - f.a * f.a / squared) / squared;
+      xx += weight * f.b * f.b, xy += weight * f.b * f.c, yy += weight * f.c * f.c;
+    }
+  }
+  for (const Edge& edge : edges_) {
+    const double dx = edge.to.x - edge.from.x, dy = edge.to.y - edge.from.y;
+    const double squared = dx * dx + dy * dy;
+    if (!(squared > 0)) continue;
+    const double weight = 1 / std::sqrt(squared);  // the tensor of unit normals, times the length
+    xx += weight * dy * dy, xy -= weight * dx * dy, yy += weight * dx * dx;
+  }
+  const double difference = xx - yy, size = std::sqrt(difference * difference + 4 * xy * xy);
+  if (!(size > 0.05 * (xx + yy))) {
+    const auto [sine, cosine] = math::sine_cosine_turns(turn);
+    return {{-sine, cosine}, {cosine, sine}};
+  }
+  // Half of the double angle (difference, 2xy).
+  const double c = std::sqrt(std::max(0.0, 0.5 * (1 + difference / size)));
+  const double s = std::copysign(std::sqrt(std::max(0.0, 0.5 * (1 - difference / size))), xy);
+  return {{-s, c}, {c, s}};
+}
+
+void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) {
+  count_ = static_cast<std::size_t>(chords.count());
+  if (chords_.size() < count_) chords_.resize(count_);
+  const sampling::DiscChords::Shift shifted = chords.shifted(shift);
+  for (std::size_t k = 0; k < count_; ++k) {
+    const auto [offset, half_length, weight] = chords.chord(chords.count() - 1 - static_cast<int>(k), shifted);
+    Chord& chord = chords_[k];
+    chord.offset = offset, chord.half_length = half_length, chord.weight = weight, chord.depth = 0;
+    chord.crossings.clear(), chord.opaque.clear(), chord.clear.clear();
+  }
+}
+
+void ChordSweep::add(const Edge& edge, const Frame& frame) {
+  Point2 a = turned_point(edge.from, frame.along, frame.across), b = turned_point(edge.to, frame.along, frame.across);
+  bool enters = edge.enters, leaves = edge.leaves;
+  int jump = edge.jump;
+  if (a.y > b.y) std::swap(a, b), std::swap(enters, leaves), jump = -jump;
+  // Chords from one on: those not below a.y, and not below b.y.
+  const auto first_from = [&](double offset) {
+    std::size_t k = 0;
+    for (std::size_t step = std::bit_floor(count_); step > 0; step /= 2) {
+      if (k + step <= count_ && chords_[k + step - 1].offset < offset) k += step;
+    }
+    return k;
+  };
+  const std::size_t begin = first_from(a.y), end = first_from(b.y);
+  const double slope = b.y > a.y ? (b.x - a.x) / (b.y - a.y) : 0;
+  for (std::size_t k = begin; k < end; ++k)
+    chords_[k].crossings.push_back({a.x + (chords_[k].offset - a.y) * slope, jump});
+  // Where an edge pierces the left half of the rim, chords above begin on its other side.
+  if (enters && a.x < 0) {
+    for (std::size_t k = begin; k < count_; ++k) chords_[k].depth -= jump;
+  }
+  if (leaves && b.x < 0) {
+    for (std::size_t k = end; k < count_; ++k) chords_[k].depth += jump;
+  }
+}
+
+void ChordSweep::add(const DiscCover& cover, const Frame& frame) {
+  std::array<Linear, 4> edges;
+  for (std::size_t i = 0; i < cover.edge_count; ++i) edges[i] = frame.turned(cover.edges[i]);
+  std::size_t first = 0, last = count_;
+  Quadratic q;
+  if (cover.is_round) {
+    q = frame.turned(cover.round);
+    // Offsets at which the chord's quadratic has roots: where b(s)² − f·c(s) ≥ 0.
+    const double p2 = q.e * q.e - q.f * q.d, p1 = q.c * q.e - q.f * q.b, p0 = q.c * q.c - q.f * q.a;
+    if (q.f < 0 && p2 < 0) {
+      const double discriminant = p1 * p1 - p2 * p0;
+      if (!(discriminant > 0)) return;
+      const double centre = -p1 / p2, half = std::sqrt(discriminant) / -p2;
+      while (first < last && chords_[first].offset < centre - half) ++first;
+      while (last > first && chords_[last - 1].offset > centre + half) --last;
+    }
+  }
+  for (std::size_t k = first; k < last; ++k) {
+    Chord& chord = chords_[k];
+    double begin = -chord.half_length, end = chord.half_length;
+    for (std::size_t i = 0; i < cover.edge_count; ++i) {
+      const double value = edges[i].a + edges[i].b * chord.offset, slope = edges[i].c;
+      if (slope > 0) {
+        begin = std::max(begin, -value / slope);
+      } else if (slope < 0) {
+        end = std::min(end, -value / slope);
+      } else if (value < 0) {
+        end = begin;
+      }
+    }
+    if (cover.is_round && begin < end) {
+      const double s = chord.offset;
+      clip_round(q.f, q.c + q.e * s, q.a + (2 * q.b + q.d * s) * s, begin, end);
+    }
+    if (begin < end) (cover.is_opaque ? chord.opaque : chord.clear).push_back({begin, end, &cover});
+  }
+}
+
+void ChordSweep::hide_behind_triangles() {
+  int least = std::numeric_limits<int>::max();
+  for (std::size_t k = 0; k < count_; ++k) {
+    Chord& chord = chords_[k];
+    std::sort(chord.crossings.begin(), chord.crossings.end(), [](const Crossing& a, const Crossing& b) {
+      return a.at != b.at ? a.at < b.at : a.jump < b.jump;
+    });
+    int depth = chord.depth;
+    double from = -chord.half_length;
+    const double shortest = shortest_part * chord.half_length;
+    for (Crossing& crossing : chord.crossings) {
+      crossing.at = std::clamp(crossing.at, -chord.half_length, chord.half_length);
+      if (crossing.at - from > shortest) least = std::min(least, depth);
+      depth += crossing.jump, from = crossing.at;
+    }
+    if (chord.half_length - from > shortest) least = std::min(least, depth);
+  }
+  for (std::size_t k = 0; k < count_; ++k) {
+    Chord& chord = chords_[k];
+    int depth = chord.depth;
+    double from = -chord.half_length;
+    const auto hide_until = [&](double end) {
+      if (depth > least && end > from) chord.opaque.push_back({from, end, nullptr});
+      from = end;
+    };
+    for (const Crossing& crossing : chord.crossings) {
+      hide_until(crossing.at);
+      depth += crossing.jump;
+    }
+    hide_until(chord.half_length);
+  }
+}
+
+void ChordSweep::light(Chord& chord, const Frame& frame, OpenPlace& longest) {
+  Color sum;
+  const auto add_open = [&](double begin, double end) {
+    if (end - begin > longest.length) {
+      const double middle = 0.5 * (begin + end);
+      longest = {chord.offset * frame.across.x + middle * frame.along.x,
+                 chord.offset * frame.across.y + middle * frame.along.y, end - begin};
+    }
+    if (chord.clear.empty()) {
+      sum += math::grey(end - begin);
+      return;
+    }
+    // Between two neighbouring ends of intervals the product of transmittances is constant.
+    for (double place = begin; place < end;) {
+      double next = end;
+      Color product = math::white;
+      for (const Interval& interval : chord.clear) {
+        if (interval.begin > place) next = std::min(next, interval.begin);
+        if (interval.begin <= place && place < interval.end) {
+          next = std::min(next, interval.end);
+          product = product * interval.cover->transmittance;
+        }
+      }
+      sum += product * (next - place);
+      place = next;
+    }
+  };
+  std::sort(chord.opaque.begin(), chord.opaque.end(),
+            [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
+  double open_from = -chord.half_length;
+  for (const Interval& interval : chord.opaque) {
+    if (interval.begin > open_from) add_open(open_from, interval.begin);
+    open_from = std::max(open_from, interval.end);
+  }
+  if (open_from < chord.half_length) add_open(open_from, chord.half_length);
+  chord.lit = sum * (1 / (2 * chord.half_length));
+}
+
+sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
+                                       std::span<const accel::SilhouetteEdge> silhouette, bool has_triangles,
+                                       const sampling::DiscChords& chords, double turn, double shift,
+                                       const Probe& probe) {
+  clip(silhouette);
+  is_certain_ = edges_.empty() && covers.empty();
+  sampling::Halves halves;
+  if (is_certain_) {
+    const Color all = !has_triangles || probe(0, 0) ? math::white : math::black;
+    halves.add(false, all), halves.add(true, all);
+    return halves;
+  }
+  // In scene order, whatever structure found them: sums round the same way.
+  std::ranges::sort(edges_, {}, &Edge::place);
+  const Frame frame = choose_frame(covers, turn);
+  place_chords(chords, shift);
+  for (const Edge& edge : edges_) add(edge, frame);
+  for (const DiscCover& cover : covers) add(cover, frame);
+  if (has_triangles) hide_behind_triangles();
+  OpenPlace longest;
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (chords_[k].half_length > 0) light(chords_[k], frame, longest);
+  }
+  const bool is_dark = longest.length == 0 || (has_triangles && !probe(longest.x, longest.y));
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (chords_[k].half_length > 0) halves.add(k % 2 == 1, is_dark ? math::black : chords_[k].lit, chords_[k].weight);
+  }
+  return halves;
+}
+
+}  // namespace penumbra::shading
