@@ -181,10 +181,11 @@ nlohmann::json run(const Contest& contest, int threads, int runs) {
 
 nlohmann::json builds(const scene::Description& description, const FlatScene& flat, int threads, int runs) {
   std::vector<double> penumbra, embree;
+  const std::vector<scene::Material> all_opaque;
   render::Pool pool(threads);
   for (int i = 0; i < runs; ++i) {
     penumbra.push_back(1e3 * timed([&] { compile_with(description, pool); }));
-    embree.push_back(1e3 * EmbreeScene(flat, {threads, false}).build_seconds());
+    embree.push_back(1e3 * EmbreeScene(flat, all_opaque, {threads, false}).build_seconds());
   }
   std::printf("  build    %d  %7.2f %7.2f ms        %s\n", threads, median(penumbra), median(embree),
               spread(ratios(penumbra, embree)).c_str());
@@ -197,7 +198,8 @@ int bench(const std::string& path, int runs, const std::string& json_path) {
   render::Pool pool(2);
   const render::Compiled compiled = compile_with(job.scene, pool);
   const accel::World& world = compiled.scene.world;
-  const EmbreeScene embree(flat, {2, false}), robust(flat, {2, true});
+  const std::vector<scene::Material> all_opaque;
+  const EmbreeScene embree(flat, all_opaque, {2, false}), robust(flat, all_opaque, {2, true});
   const RaySet primary = primary_rays(job.scene.camera);
   const RaySet shadow = shadow_rays(world, primary, std::get<shading::DiscLight>(compiled.scene.lights.front()));
 

@@ -1,6 +1,8 @@
 #pragma once
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace penumbra::bench {
 
@@ -40,5 +42,29 @@ inline DiscPoint concentric(float u, float v) {
   const float c = radius * std::cos(angle), s = radius * std::sin(angle);
   return is_steep ? DiscPoint{c, s} : DiscPoint{s, c};
 }
+
+/// Ready-made sets of points on the disc. A (hit, light) takes one and turns it, which costs nothing beside its rays.
+class DiscPatterns {
+ public:
+  static constexpr std::uint32_t count = 64;
+
+  /// `next(set, i)` is point i of a set.
+  template <class Next>
+  DiscPatterns(int samples, const Next& next) : samples_(samples) {
+    for (std::uint32_t set = 0; set < count; ++set) {
+      for (int i = 0; i < samples; ++i) {
+        const DiscPoint point = next(set, i);
+        x_.push_back(point.x), y_.push_back(point.y);
+      }
+    }
+  }
+  int samples() const { return samples_; }
+  const float* x(std::uint32_t set) const { return &x_[set * static_cast<std::size_t>(samples_)]; }
+  const float* y(std::uint32_t set) const { return &y_[set * static_cast<std::size_t>(samples_)]; }
+
+ private:
+  int samples_;
+  std::vector<float> x_, y_;
+};
 
 }  // namespace penumbra::bench

@@ -1,7 +1,5 @@
 #include "tests/bench/workload.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -74,9 +72,12 @@ std::string spread(const std::vector<double>& values, const char* format) {
 }
 
 std::uint64_t peak_resident_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    std::uint64_t kibibytes = 0;
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+  }
+  throw std::runtime_error("no VmHWM in /proc/self/status");
 }
 
 }  // namespace penumbra::bench

@@ -2,11 +2,12 @@
 import json
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 BIN = Path(os.environ.get("PENUMBRA_BIN", ROOT / "build/release/bin"))
-RESULTS = ROOT / "build/bench"  # scenes, references, tables, plots
+RESULTS = ROOT / os.environ.get("PENUMBRA_BENCH_RESULTS", "build/bench")  # scenes, references, tables, plots
 
 
 def print_table(title, rows):
@@ -22,8 +23,11 @@ def build(*programs):
     if "PENUMBRA_BIN" in os.environ:
         return
     subprocess.run([ROOT / "docker/install-packages", "build", "bench"], check=True)
-    subprocess.run(["cmake", "--preset", "release", "-DPENUMBRA_BENCH=ON"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    subprocess.run(["cmake", "--build", "--preset", "release", "--target", *programs, "--", "--quiet"], cwd=ROOT, check=True)
+    for command in (["cmake", "--preset", "release", "-DPENUMBRA_BENCH=ON"],
+                    ["cmake", "--build", "--preset", "release", "--target", *programs, "--", "--quiet"]):
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+        if done.returncode:
+            sys.exit(done.stdout + done.stderr)
 
 
 def run_program(program, *arguments):

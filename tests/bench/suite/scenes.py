@@ -198,3 +198,7 @@ def write(name, folder):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(SCENES[name]()))
     return path
+
+
+def body_of(name):
+    return SCENES[name]()

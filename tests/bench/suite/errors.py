@@ -1,0 +1,32 @@
+"""Time against error beside brute force with Embree, on every scene."""
+import json
+
+from suite import figures, scenes
+from suite.common import RESULTS, build, load, run_program, save
+
+
+def measure(name, threads, runs, edge, *more):
+    """bench_error's report on one scene."""
+    out = RESULTS / "errors" / f"{name}-{threads}.json"
+    out.parent.mkdir(parents=True, exist_ok=True)
+    run_program("bench_error", scenes.write(name, RESULTS / "scenes"), "--references", RESULTS / "references", "--json", out,
+                "--threads", threads, "--runs", runs, "--edge", edge, *more)
+    return json.loads(out.read_text())
+
+
+def errors(names=None, thread_counts=(1, 2), runs=8, edge=scenes.EDGE, target=8e-4):
+    build("bench_error")
+    reports = []
+    for name in names or scenes.SCENES:
+        for threads in thread_counts:
+            reports.append(measure(name, threads, runs if threads > 1 else min(runs, 5), edge, "--target", target))
+            save("errors", reports)  # what there is so far
+    show(reports)
+
+
+def show(reports=None):
+    reports = reports or load("errors") or []
+    if reports:
+        figures.error_table(reports)
+        for report in reports:
+            figures.plot(report)
