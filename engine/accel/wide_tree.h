@@ -33,6 +33,9 @@ struct OtherEntry {
 class WideTree {
  public:
   static constexpr std::size_t width = 8;
+  /// Of pending children in a walk: the depth is bounded by 48 levels of any split and 32 that halve the entries, and a
+  /// level leaves at most 7 siblings behind.
+  static constexpr std::size_t stack_size = 7 * (48 + 32) + 8;
 
   WideTree() = default;  ///< Empty.
   /// Binned surface area heuristic (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007). The

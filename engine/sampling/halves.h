@@ -22,8 +22,8 @@ class Halves {
   static constexpr Order independent{1.0};
   /// Points across an edge, q = 1.5.
   static constexpr Order points{1 / 1.8284271247461903};
-  /// Chords across an edge: 3 ≤ q ≤ 5, measured; two chords alone are no better than q = 2.
-  static constexpr Order chords(int count) { return {count > 2 ? 1 / 12.0 : 1 / 3.0}; }
+  /// Chords across an edge: 3 ≤ q ≤ 5, measured; two chords alone no better than q = 1.9.
+  static constexpr Order chords(int count) { return {count > 2 ? 1 / 12.0 : 0.37}; }
 
   void add(bool is_second, const Color& value, double weight = 1) {
     sum_[is_second ? 1 : 0] += value * weight;

@@ -132,15 +132,19 @@ Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, cons
 template <class SampleFunction>
 Color Integrator::averaged_area_light(const SampleFunction& sample, std::uint32_t count, const Color& weight) {
   sampling::Halves halves;  // of a (0, 2)-sequence: the first and the last samples
-  Color sum_of_squares;
+  Color sum_of_squares, unshadowed;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Color value = sample(i);
+    const Color value = sample(i, unshadowed);
     halves.add(2 * i >= count, value);
     sum_of_squares += value * value;
   }
   const double n = count;
   const Color mean = halves.mean();
-  const Color spread = sum_of_squares * (1 / n) - mean * mean;
+  // That n samples agree does not mean that all would: as for discs, half a sample more may be shadowed or not.
+  const double share = 0.5 / (n + 1);
+  const Color unknown = unshadowed * unshadowed * (share * (1 - share) / (n * n));
+  const Color found = sum_of_squares * (1 / n) - mean * mean;
+  const Color spread{std::max(found.r, unknown.r), std::max(found.g, unknown.g), std::max(found.b, unknown.b)};
   // As for discs: well-spread samples beat independent ones by √N in variance.
   const Color squared = filtered(weight, weight);
   const double scale = spread_variance / (n * std::sqrt(n));
@@ -175,7 +179,7 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   // The light often lies in a surface of the scene (a lamp in a ceiling): its samples sit that much in front of it.
   const Vec3 lifted = light.normal * (math::gamma(32) * dot(math::abs(light.normal),
                                                             math::abs(light.corner) + math::abs(at.surface.position)));
-  const auto sample = [&](std::uint32_t i) -> Color {
+  const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
     const Vec3 towards =
         (seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y) + lifted;
@@ -185,7 +189,9 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
     const Vec3 l = towards * (-1 / distance);
     const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (measure / math::pi);
     if (math::is_black(share)) return math::black;
-    return filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
+    const Color value = filtered(light.radiance, share);
+    unshadowed += value;
+    return filtered(value, shadows_.transmittance_of_sample(verdict, at, towards, 1));
   };
   return exact + averaged_area_light(sample, count, weight);
 }
@@ -220,7 +226,7 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
                           std::fabs(projected_solid_angle(axis, light.radius, at.surface.shading_normal)));
     if (math::is_black(at.material->specular)) return exact;
   }
-  const auto sample = [&](std::uint32_t i) -> Color {
+  const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
     Vec3 towards;
     if (cone) {
@@ -236,7 +242,9 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
     const Vec3 l = towards * (-1 / math::length(towards));
     const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (solid_angle / math::pi);
     if (math::is_black(share)) return math::black;
-    return filtered(filtered(light.radiance, share), shadows_.transmittance_of_sample(verdict, at, towards, 1));
+    const Color value = filtered(light.radiance, share);
+    unshadowed += value;
+    return filtered(value, shadows_.transmittance_of_sample(verdict, at, towards, 1));
   };
   return exact + averaged_area_light(sample, count, weight);
 }
