@@ -55,7 +55,7 @@ class Candidates::Search {
     search(
         world_.structure, shaft, projection_ != nullptr,
         [&](std::uint32_t index) {
-          return add_triangle(shaft, shaft, world_.triangles, index, owned, projection_, nullptr);
+          return add_triangle(shaft, shaft, world_.structure, world_.triangles, index, owned, projection_, nullptr);
         },
         add, [&] { found_.has_opaque_triangles_ = true; });
   }
@@ -69,11 +69,16 @@ class Candidates::Search {
     return false;
   }
 
-  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
-                    const OwnedTriangles& owned, const Projection* projection, const Placement* placement) {
+  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const Structure& structure,
+                    const TriangleSet& triangles, std::uint32_t index, const OwnedTriangles& owned,
+                    const Projection* projection, const Placement* placement) {
     const SurfaceId id = owned.surface(index);
     const bool is_opaque = world_.items[id.item].is_opaque;
-    if (projection != nullptr && is_opaque) return add_silhouette(shaft, triangles, index, owned, *projection);
+    if (projection != nullptr && is_opaque) {
+      // A plain tree's leaves come unsifted.
+      if (!structure.wide && shaft.half_spaces().miss(triangles[index])) return false;
+      return add_silhouette(shaft, triangles, index, owned, *projection);
+    }
     if (id == self_ || shaft.misses(triangles[index])) return false;
     Candidate candidate{id, is_opaque, true, triangles[index]};
     if (placement != nullptr) {
@@ -164,7 +169,7 @@ class Candidates::Search {
     return search(
         mesh.structure, shaft, projection != nullptr && world_.items[id].is_opaque,
         [&](std::uint32_t index) {
-          return add_triangle(world_shaft, shaft, mesh.triangles, index, owned, projection, placement);
+          return add_triangle(world_shaft, shaft, mesh.structure, mesh.triangles, index, owned, projection, placement);
         },
         [](std::uint32_t) { return false; }, [&] { found_.has_opaque_triangles_ = true; });
   }
