@@ -3,41 +3,9 @@
 #include <algorithm>
 
 #include "engine/accel/queries.h"
-#include "engine/accel/tree.h"
-#include "engine/accel/wide_walk.h"
+#include "engine/accel/structure_search.h"
 
 namespace penumbra::accel {
-namespace {
-
-/// Calls at_triangle(index) and at_other(item) for what the shaft may meet, until one returns true; with `silhouettes`,
-/// without_silhouette() for what triangles it leaves out.
-template <class AtTriangle, class AtOther, class WithoutSilhouette>
-bool search(const Structure& structure, const Shaft& shaft, bool silhouettes, const AtTriangle& at_triangle,
-            const AtOther& at_other, const WithoutSilhouette& left_out) {
-  if (structure.wide) {
-    struct Visitor final : RegionVisitor {
-      Visitor(const AtTriangle& t, const AtOther& o, const WithoutSilhouette& w)
-          : at_triangle(t), at_other(o), left_out(w) {}
-      bool triangle(std::uint32_t index) override { return at_triangle(index); }
-      bool other(std::uint32_t item) override { return at_other(item); }
-      void without_silhouette() override { left_out(); }
-      const AtTriangle& at_triangle;
-      const AtOther& at_other;
-      const WithoutSilhouette& left_out;
-    } visitor(at_triangle, at_other, left_out);
-    if (!silhouettes || !structure.cones) return walk(*structure.wide, shaft.half_spaces(), nullptr, visitor);
-    const Silhouettes seen{*structure.cones, shaft.apex()};
-    return walk(*structure.wide, shaft.half_spaces(), &seen, visitor);
-  }
-  const Tree& tree = *structure.plain;
-  const auto misses = [&](const math::Bounds& box) { return shaft.misses(box); };
-  auto at_leaf = [&](const Tree::Node& leaf) {
-    return std::ranges::any_of(tree.triangles(leaf), at_triangle) || std::ranges::any_of(tree.others(leaf), at_other);
-  };
-  return !misses(tree.root().box) && visit(tree, tree.root(), misses, at_leaf);
-}
-
-}  // namespace
 
 class Candidates::Search {
  public:
@@ -48,19 +16,33 @@ class Candidates::Search {
     found.has_opaque_triangles_ = found.is_incomplete_ = found.is_dark_ = false;
   }
 
-  void collect(const Shaft& shaft) {
-    const auto add = [&](std::uint32_t item) { return add_item(shaft, item); };
-    if (std::ranges::any_of(world_.infinite_items, add)) return;
+  void collect(const Shaft& shaft, const CellContents* among) {
     const OwnedTriangles owned(world_);
-    search(
-        world_.structure, shaft, projection_ != nullptr,
-        [&](std::uint32_t index) {
-          return add_triangle(shaft, shaft, world_.structure, world_.triangles, index, owned, projection_, nullptr);
-        },
-        add, [&] { found_.has_opaque_triangles_ = true; });
+    const auto add = [&](std::uint32_t item) { return add_item(shaft, item); };
+    const auto add_own = [&](bool is_sifted) {
+      return [&, is_sifted](std::uint32_t index) {
+        return add_triangle(shaft, shaft, is_sifted, world_.triangles, index, owned, projection_, nullptr);
+      };
+    };
+    if (among != nullptr) {
+      std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_own(false));
+      return;
+    }
+    if (std::ranges::any_of(world_.infinite_items, add)) return;
+    search_structure(world_.structure, shaft, projection_ != nullptr, add_own(world_.structure.wide != nullptr), add);
   }
 
  private:
+  template <class AtTriangle, class AtOther>
+  bool search_structure(const Structure& structure, const Shaft& shaft, bool has_silhouettes,
+                        const AtTriangle& at_triangle, const AtOther& at_other) {
+    const auto left_out = [&] { found_.has_opaque_triangles_ = true; };
+    if (!has_silhouettes || !structure.cones)
+      return search(structure, shaft.half_spaces(), nullptr, at_triangle, at_other, left_out);
+    const Silhouettes silhouettes{*structure.cones, shaft.apex()};
+    return search(structure, shaft.half_spaces(), &silhouettes, at_triangle, at_other, left_out);
+  }
+
   /// True when the search is over.
   bool add(const Candidate& candidate) {
     if (found_.list_.size() == (projection_ == nullptr ? list_capacity : outline_capacity))
@@ -69,14 +51,14 @@ class Candidates::Search {
     return false;
   }
 
-  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const Structure& structure,
-                    const TriangleSet& triangles, std::uint32_t index, const OwnedTriangles& owned,
-                    const Projection* projection, const Placement* placement) {
+  /// `is_sifted`: known to meet the shaft, as far as single precision tells.
+  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, bool is_sifted, const TriangleSet& triangles,
+                    std::uint32_t index, const OwnedTriangles& owned, const Projection* projection,
+                    const Placement* placement) {
     const SurfaceId id = owned.surface(index);
     const bool is_opaque = world_.items[id.item].is_opaque;
     if (projection != nullptr && is_opaque) {
-      // A plain tree's leaves come unsifted.
-      if (!structure.wide && shaft.half_spaces().miss(triangles[index])) return false;
+      if (!is_sifted && shaft.half_spaces().miss(triangles[index])) return false;
       return add_silhouette(shaft, triangles, index, owned, *projection);
     }
     if (id == self_ || shaft.misses(triangles[index])) return false;
@@ -166,12 +148,13 @@ class Candidates::Search {
                 const Placement* placement) {
     const MeshShape& mesh = world_.meshes[world_.items[id].index];
     const OwnedTriangles owned(world_, id);
-    return search(
+    return search_structure(
         mesh.structure, shaft, projection != nullptr && world_.items[id].is_opaque,
         [&](std::uint32_t index) {
-          return add_triangle(world_shaft, shaft, mesh.structure, mesh.triangles, index, owned, projection, placement);
+          return add_triangle(world_shaft, shaft, mesh.structure.wide != nullptr, mesh.triangles, index, owned,
+                              projection, placement);
         },
-        [](std::uint32_t) { return false; }, [&] { found_.has_opaque_triangles_ = true; });
+        [](std::uint32_t) { return false; });
   }
 
   /// Seen from outside, the segments that cross a convex body end in a convex set: four corners inside it prove all.
@@ -193,13 +176,14 @@ class Candidates::Search {
 
 void Candidates::sort() { std::ranges::sort(list_, {}, &Candidate::surface); }
 
-void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self) {
-  Search(world, self, leaves_self, nullptr, *this).collect(shaft);
+void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
+                        const CellContents* among) {
+  Search(world, self, leaves_self, nullptr, *this).collect(shaft, among);
 }
 
 void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
-                                    const SurfaceId& self, bool leaves_self) {
-  Search(world, self, leaves_self, &projection, *this).collect(shaft);
+                                    const SurfaceId& self, bool leaves_self, const CellContents* among) {
+  Search(world, self, leaves_self, &projection, *this).collect(shaft, among);
 }
 
 }  // namespace penumbra::accel

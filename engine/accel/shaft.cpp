@@ -65,7 +65,7 @@ Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infin
     half_spaces_.add_far(forward, farthest);
   }
   half_spaces_.add(-forward, 0);
-  if (taxicab(floor) > 0) half_spaces_.add(-floor, 0);
+  if (taxicab(floor) > 0) half_spaces_.add_floor(floor);
 }
 
 Shaft Shaft::in_space_of(const Placement& placement) const {

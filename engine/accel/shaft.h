@@ -16,7 +16,7 @@ namespace penumbra::accel {
 class Shaft {
  public:
   /// `corners` in order around the quadrilateral: points, or directions when `is_infinite`. `floor`, if not zero, is
-  /// the normal of a plane through the apex that all corners are above.
+  /// the normal of a plane through the apex: only segments that rise above it matter.
   Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor = {});
 
   bool misses(const math::Bounds& box) const { return half_spaces_.miss(box); }

@@ -68,6 +68,27 @@ void clip_round(double a, double b, double c, double& begin, double& end) {
   }
 }
 
+/// Of the line where one edge of a cover is 0: the length that lies in the disc and between the other edges.
+double length_in_disc(const DiscCover& cover, std::size_t edge) {
+  const Linear& line = cover.edges[edge];
+  const double squared = line.b * line.b + line.c * line.c;
+  const double half_squared = 1 - line.a * line.a / squared;
+  if (!(half_squared > 0)) return 0;
+  // foot + t·(−c, b)/|(b, c)|
+  const double norm = std::sqrt(squared);
+  double end = std::sqrt(half_squared), begin = -end;
+  for (std::size_t i = 0; i < cover.edge_count; ++i) {
+    if (i == edge) continue;
+    const Linear& other = cover.edges[i];
+    const double value = other.a - line.a * (other.b * line.b + other.c * line.c) / squared;
+    const double slope = (other.c * line.b - other.b * line.c) / norm;
+    if (slope > 0) begin = std::max(begin, -value / slope);
+    if (slope < 0) end = std::min(end, -value / slope);
+    if (slope == 0 && value < 0) return 0;
+  }
+  return std::max(0.0, end - begin);
+}
+
 }  // namespace
 
 Linear ChordSweep::Frame::turned(const Linear& f) const {
@@ -117,9 +138,8 @@ ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, do
   for (const DiscCover& cover : covers) {
     for (std::size_t i = 0; i < cover.edge_count; ++i) {
       const Linear& f = cover.edges[i];
-      const double squared = f.b * f.b + f.c * f.c;
-      if (!(f.a * f.a < squared)) continue;
-      const double weight = (1 - f.a * f.a / squared) / squared;
+      const double weight = length_in_disc(cover, i) / (f.b * f.b + f.c * f.c);
+      if (!(weight > 0)) continue;
       xx += weight * f.b * f.b, xy += weight * f.b * f.c, yy += weight * f.c * f.c;
     }
   }
