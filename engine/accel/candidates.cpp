@@ -19,17 +19,15 @@ class Candidates::Search {
   void collect(const Shaft& shaft, const CellContents* among) {
     const OwnedTriangles owned(world_);
     const auto add = [&](std::uint32_t item) { return add_item(shaft, item); };
-    const auto add_own = [&](bool is_sifted) {
-      return [&, is_sifted](std::uint32_t index) {
-        return add_triangle(shaft, shaft, is_sifted, world_.triangles, index, owned, projection_, nullptr);
-      };
+    const auto add_own = [&](std::uint32_t index) {
+      return add_triangle(shaft, shaft, world_.triangles, index, owned, projection_, nullptr);
     };
     if (among != nullptr) {
-      std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_own(false));
+      std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_own);
       return;
     }
     if (std::ranges::any_of(world_.infinite_items, add)) return;
-    search_structure(world_.structure, shaft, projection_ != nullptr, add_own(world_.structure.wide != nullptr), add);
+    search_structure(world_.structure, shaft, projection_ != nullptr, add_own, add);
   }
 
  private:
@@ -51,17 +49,17 @@ class Candidates::Search {
     return false;
   }
 
-  /// `is_sifted`: known to meet the shaft, as far as single precision tells.
-  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, bool is_sifted, const TriangleSet& triangles,
-                    std::uint32_t index, const OwnedTriangles& owned, const Projection* projection,
-                    const Placement* placement) {
+  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
+                    const OwnedTriangles& owned, const Projection* projection, const Placement* placement) {
     const SurfaceId id = owned.surface(index);
     const bool is_opaque = world_.items[id.item].is_opaque;
     if (projection != nullptr && is_opaque) {
-      if (!is_sifted && shaft.half_spaces().miss(triangles[index])) return false;
       return add_silhouette(shaft, triangles, index, owned, *projection);
     }
-    if (id == self_ || shaft.misses(triangles[index])) return false;
+    if (id == self_) return false;
+    if (projection == nullptr ? shaft.misses(triangles[index])
+                              : is_apart(projected(triangles, index, *projection), projection->is_infinite))
+      return false;
     Candidate candidate{id, is_opaque, true, triangles[index]};
     if (placement != nullptr) {
       const math::Affine& map = placement->local_to_world;
@@ -76,16 +74,12 @@ class Candidates::Search {
                       const OwnedTriangles& owned, const Projection& projection) {
     const SurfaceId id = owned.surface(index);
     const bool is_self = id == self_;
-    const auto projected = [&](std::uint32_t triangle) {
-      const auto& [a, b, c] = triangles.corners[triangle];
-      return std::array<Vec3, 3>{projection(triangles.positions[a]), projection(triangles.positions[b]),
-                                 projection(triangles.positions[c])};
-    };
     // Where a triangle's projection winds counter-clockwise, it lies left of its edges.
     const auto is_counter_clockwise = [](const std::array<Vec3, 3>& v) {
       return math::dot(math::cross(v[0], v[1]), v[2]) > 0;
     };
-    const std::array<Vec3, 3> v = projected(index);
+    const std::array<Vec3, 3> v = projected(triangles, index, projection);
+    if (is_apart(v, projection.is_infinite)) return false;
     if (!is_self) {
       if (!projection.is_infinite && std::max(v[0].z, std::max(v[1].z, v[2].z)) >= 1) {
         if (shaft.misses(triangles[index])) return false;
@@ -102,13 +96,37 @@ class Candidates::Search {
       int left = 0, right = 0;
       if (!is_self) ++(lies_left ? left : right);
       if (other != TriangleSet::no_neighbour && owned.surface(other) != self_)
-        ++(is_counter_clockwise(projected(other)) ? right : left);
+        ++(is_counter_clockwise(projected(triangles, other, projection)) ? right : left);
       if (left == right) continue;
       if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
       if (found_.silhouette_.size() == silhouette_capacity) return found_.is_incomplete_ = true;
       found_.silhouette_.push_back({from, to, right - left, {id, static_cast<std::uint32_t>(e)}});
     }
     return false;
+  }
+
+  static std::array<Vec3, 3> projected(const TriangleSet& triangles, std::uint32_t triangle,
+                                       const Projection& projection) {
+    const auto& [a, b, c] = triangles.corners[triangle];
+    return {projection(triangles.positions[a]), projection(triangles.positions[b]), projection(triangles.positions[c])};
+  }
+
+  /// Whether the triangle lies on the outer side of a line through the square, behind the apex or beyond the plane.
+  static bool is_apart(const std::array<Vec3, 3>& v, bool is_infinite) {
+    const auto all = [&](const auto& is_outside) { return is_outside(v[0]) && is_outside(v[1]) && is_outside(v[2]); };
+    return all([](const Vec3& p) { return p.x > p.z; }) || all([](const Vec3& p) { return -p.x > p.z; }) ||
+           all([](const Vec3& p) { return p.y > p.z; }) || all([](const Vec3& p) { return -p.y > p.z; }) ||
+           all([](const Vec3& p) { return p.z < 0; }) || (!is_infinite && all([](const Vec3& p) { return p.z > 1; }));
+  }
+
+  static bool is_apart(const geometry::SphereShape& sphere, const Projection& projection) {
+    const Vec3 c = projection(sphere.center);
+    const auto is_outside = [&](double height, const Vec3& normal) {
+      return height > 0 && height * height > sphere.radius * sphere.radius * math::dot(normal, normal);
+    };
+    const Vec3 &x = projection.x, &y = projection.y, &w = projection.w;
+    return is_outside(c.x - c.z, x - w) || is_outside(-c.x - c.z, x + w) || is_outside(c.y - c.z, y - w) ||
+           is_outside(-c.y - c.z, y + w) || is_outside(-c.z, w) || (!projection.is_infinite && is_outside(c.z - 1, w));
   }
 
   /// Whether the edge lies on the outer side of a line through the square |x|, |y| ≤ 1 (of homogeneous coordinates).
@@ -134,7 +152,8 @@ class Candidates::Search {
       if (item.kind == Kind::plane && shaft.misses(world_.planes[item.index])) return false;
       if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
       if (item.kind == Kind::sphere) {
-        if (shaft.misses(world_.spheres[item.index])) return false;
+        const geometry::SphereShape& sphere = world_.spheres[item.index];
+        if (projection_ == nullptr ? shaft.misses(sphere) : is_apart(sphere, *projection_)) return false;
         if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
           return found_.is_dark_ = true;
         return add({{id, 0}, item.is_opaque, false, {}});
@@ -151,8 +170,7 @@ class Candidates::Search {
     return search_structure(
         mesh.structure, shaft, projection != nullptr && world_.items[id].is_opaque,
         [&](std::uint32_t index) {
-          return add_triangle(world_shaft, shaft, mesh.structure.wide != nullptr, mesh.triangles, index, owned,
-                              projection, placement);
+          return add_triangle(world_shaft, shaft, mesh.triangles, index, owned, projection, placement);
         },
         [](std::uint32_t) { return false; });
   }

@@ -307,15 +307,36 @@ void ChordSweep::light(Chord& chord, const Frame& frame, OpenPlace& longest) {
   chord.lit = sum * (1 / (2 * chord.half_length));
 }
 
+std::optional<Color> ChordSweep::uniform(std::span<const DiscCover> covers) {
+  Color product = math::white;
+  for (const DiscCover& cover : covers) {
+    bool is_inside = true;
+    for (std::size_t i = 0; i < cover.edge_count; ++i) {
+      if (length_in_disc(cover, i) > 0) return std::nullopt;
+      is_inside = is_inside && cover.edges[i].a > 0;
+    }
+    if (is_inside && cover.is_round) {
+      // |q(x, y) − q(0, 0)| over the disc
+      const Quadratic& q = cover.round;
+      const double reach = 2 * std::sqrt(q.b * q.b + q.c * q.c) + std::fabs(q.d) + 2 * std::fabs(q.e) + std::fabs(q.f);
+      if (std::fabs(q.a) <= reach) return std::nullopt;
+      is_inside = q.a > 0;
+    }
+    if (is_inside) product = product * (cover.is_opaque ? math::black : cover.transmittance);
+  }
+  return product;
+}
+
 sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
                                        std::span<const accel::SilhouetteEdge> silhouette, bool has_triangles,
                                        const sampling::DiscChords& chords, double turn, double shift,
                                        const Probe& probe) {
   clip(silhouette);
-  is_certain_ = edges_.empty() && covers.empty();
+  const std::optional<Color> constant = edges_.empty() ? uniform(covers) : std::nullopt;
+  is_certain_ = constant.has_value();
   sampling::Halves halves;
   if (is_certain_) {
-    const Color all = !has_triangles || probe(0, 0) ? math::white : math::black;
+    const Color all = !has_triangles || math::is_black(*constant) || probe(0, 0) ? *constant : math::black;
     halves.add(false, all), halves.add(true, all);
     return halves;
   }

@@ -89,6 +89,7 @@ Color Integrator::direct(const ShadingPoint& at, const Color& weight, const samp
 }
 
 Color Integrator::visible(const Color& share, const Visibility& visibility, const Color& weight) {
+  if (visibility.is_certain) return filtered(share, visibility.mean);
   const Color scale = filtered(filtered(share, weight), filtered(share, weight));
   variance_.measured += filtered(scale, visibility.variance.measured);
   variance_.modelled += filtered(scale, visibility.variance.modelled);

@@ -5,7 +5,7 @@
 namespace penumbra::shading {
 namespace {
 
-constexpr double pixels_per_cell = 8;
+constexpr double pixels_per_cell = 12;
 constexpr double finest = 0x1p-36;  // of the coordinates: what a cell must be wider than
 
 }  // namespace
@@ -27,38 +27,52 @@ std::optional<Vec3> LightCells::point_of_plane(const geometry::SurfaceId& surfac
   return world_.triangles[triangle].v0;
 }
 
-const accel::CellContents* LightCells::find(const ShadingPoint& at, std::size_t light, const accel::Target& target) {
+bool LightCells::locate(const ShadingPoint& at) {
   const accel::Kind kind = world_.items[at.id.item].kind;
-  if (kind != accel::Kind::plane && kind != accel::Kind::patch) return nullptr;
-  const Vec3 &p = at.surface.position, &n = at.facing;
+  if (kind != accel::Kind::plane && kind != accel::Kind::patch) return false;
+  const Vec3& n = at.facing;
   const double width = pixels_per_cell * at.footprint;
-  if (!(width > finest * math::max_component(math::abs(p)) && width < 1e100)) return nullptr;
+  if (!(width > finest * math::max_component(math::abs(position_)) && width < 1e100)) return false;
   const int level = std::ilogb(width);
-  const double spacing = std::scalbn(1.0, level);
+  spacing_ = std::scalbn(1.0, level);
   const Vec3 size = math::abs(n);
-  const int up = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-  const int a = (up + 1) % 3, b = (up + 2) % 3;
-  const double row = std::floor(p[a] / spacing), column = std::floor(p[b] / spacing);
-  const Key key{at.id,
-                static_cast<std::uint32_t>(light),
-                static_cast<std::int16_t>(level),
-                dot(n, at.surface.normal) > 0,
-                static_cast<std::int64_t>(row),
-                static_cast<std::int64_t>(column)};
+  up_ = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+  key_ = {at.id,
+          0,
+          static_cast<std::int16_t>(level),
+          dot(n, at.surface.normal) > 0,
+          static_cast<std::int64_t>(std::floor(position_[(up_ + 1) % 3] / spacing_)),
+          static_cast<std::int64_t>(std::floor(position_[(up_ + 2) % 3] / spacing_))};
+  return true;
+}
+
+std::optional<accel::Cell> LightCells::cell(const Vec3& n) const {
+  const std::optional<Vec3> origin = point_of_plane(key_.surface, spacing_);
+  if (!origin) return std::nullopt;
+  const int a = (up_ + 1) % 3, b = (up_ + 2) % 3;
+  accel::Cell cell{{}, n};
+  for (std::size_t i = 0; i < 4; ++i) {
+    Vec3& corner = cell.corners[i];
+    corner[a] = static_cast<double>(key_.row + (i == 1 || i == 2 ? 1 : 0)) * spacing_;
+    corner[b] = static_cast<double>(key_.column + (i >= 2 ? 1 : 0)) * spacing_;
+    corner[up_] = (*origin)[up_] - (n[a] * (corner[a] - (*origin)[a]) + n[b] * (corner[b] - (*origin)[b])) / n[up_];
+  }
+  return cell;
+}
+
+const accel::CellContents* LightCells::find(const ShadingPoint& at, std::size_t light, const accel::Target& target) {
+  if (!(at.surface.position == position_ && at.facing == facing_ && at.id == key_.surface)) {
+    position_ = at.surface.position, facing_ = at.facing, key_.surface = at.id;
+    is_located_ = locate(at);
+  }
+  if (!is_located_) return nullptr;
+  key_.light = static_cast<std::uint32_t>(light);
   if (entries_.empty()) entries_.resize(capacity);
-  Entry& entry = entries_[key.hash() % capacity];
-  if (!entry.is_used || !(entry.key == key)) {
-    entry.key = key, entry.is_used = true, entry.contents = {};
-    if (const std::optional<Vec3> origin = point_of_plane(at.id, spacing)) {
-      accel::Cell cell{{}, n};
-      for (std::size_t i = 0; i < 4; ++i) {
-        Vec3& corner = cell.corners[i];
-        corner[a] = (row + (i == 1 || i == 2 ? 1 : 0)) * spacing;
-        corner[b] = (column + (i >= 2 ? 1 : 0)) * spacing;
-        corner[up] = (*origin)[up] - (n[a] * (corner[a] - (*origin)[a]) + n[b] * (corner[b] - (*origin)[b])) / n[up];
-      }
-      entry.contents = accel::CellContents(world_, cell, target, at.id);
-    }
+  Entry& entry = entries_[key_.hash() % capacity];
+  if (!entry.is_used || !(entry.key == key_)) {
+    entry.key = key_, entry.is_used = true;
+    const std::optional<accel::Cell> here = cell(at.facing);
+    entry.contents = here ? accel::CellContents(world_, *here, target, at.id) : accel::CellContents();
   }
   return &entry.contents;
 }

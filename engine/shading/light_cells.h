@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -36,11 +37,21 @@ class LightCells {
     accel::CellContents contents;
   };
   /// A point of the surface's plane, if it is flat and wider than `spacing`.
+  /// Fills key_ (the light aside), spacing_ and up_; false where there are no cells.
+  bool locate(const ShadingPoint& at);
+  /// The cell that key_ names, for the side that the unit normal `up` points to; nothing on a small surface.
+  std::optional<accel::Cell> cell(const Vec3& up) const;
   std::optional<Vec3> point_of_plane(const geometry::SurfaceId& surface, double spacing) const;
 
   static constexpr std::size_t capacity = 1024;
   const accel::World& world_;
   std::vector<Entry> entries_;
+  // Of the point last asked for:
+  Vec3 position_{HUGE_VAL, HUGE_VAL, HUGE_VAL}, facing_;
+  Key key_;
+  double spacing_ = 1;
+  int up_ = 0;  // the axis nearest to the normal
+  bool is_located_ = false;
 };
 
 }  // namespace penumbra::shading

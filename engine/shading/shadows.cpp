@@ -20,7 +20,7 @@ Visibility with_variance(const sampling::Halves& halves, sampling::Halves::Order
     const double s = std::clamp(share, least, 1 - least);
     return constant * s * (1 - s) / count_to_the_power;
   };
-  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}};
+  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}, false};
 }
 
 /// Whether all corners are above the horizon for certain.
@@ -117,7 +117,7 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
   const auto is_seen = [&](double x, double y) { return cross(at, axis + u * x + v * y, limit); };
   if (shared() == Shared::lit || shared() == Shared::dark) {
     (shared() == Shared::lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
-    return {shared() == Shared::lit ? math::white : math::black, {}};
+    return {shared() == Shared::lit ? math::white : math::black, {}, true};
   }
   if (switches_.shadow_candidates) {
     const Vec3 from = leave_surface(at.surface, at.facing);
@@ -126,14 +126,14 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
     gather(at, view, is_above_horizon);
     if (candidates_.is_dark()) {
       counters_.shadow_rays_dark += count;
-      return {math::black, {}};
+      return {math::black, {}, true};
     }
     if (candidates_.list().empty() && candidates_.silhouette().empty() && !candidates_.is_incomplete() &&
         is_above_horizon) {
       // Whatever triangles there are, one ray tells for all.
       const bool is_lit = !candidates_.has_opaque_triangles() || is_seen(0, 0);
       (is_lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
-      return {is_lit ? math::white : math::black, {}};
+      return {is_lit ? math::white : math::black, {}, true};
     }
     if (!candidates_.is_incomplete() && find_covers(at, view, !is_above_horizon)) {
       const double chords = sampling.chords.count();
@@ -142,7 +142,7 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
                            key.uniform(0), key.uniform(1), is_seen);
       if (sweep_.is_certain()) {
         (halves.mean().r > 0 ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
-        return {halves.mean(), {}};
+        return {halves.mean(), {}, true};
       }
       counters_.shadow_rays_covered += count;
       return with_variance(halves, sampling::Halves::chords(sampling.chords.count()), chord_variance, chords,

@@ -28,6 +28,7 @@ struct Variance {
 struct Visibility {
   Color mean = math::white;
   Variance variance;
+  bool is_certain = false;  // exact: without variance
 };
 
 /// The error of a covered share s from N well-spread samples: its variance is about c·s(1 − s)·N^−1.5, with c measured
