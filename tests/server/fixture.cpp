@@ -1,6 +1,8 @@
 #include "tests/server/fixture.h"
 
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <thread>
 
 using namespace penumbra;
@@ -45,6 +47,12 @@ std::string TestServer::submit(const std::string& body) const {
 bool TestServer::reaches(const std::string& id, std::string_view state) const {
   return eventually([&] { return state_of(id) == state; });
 }
+
+TemporaryFolder::TemporaryFolder() : path_(std::filesystem::temp_directory_path() / "penumbra-XXXXXX") {
+  if (mkdtemp(path_.data()) == nullptr) throw std::runtime_error("no temporary folder");
+}
+
+TemporaryFolder::~TemporaryFolder() { std::filesystem::remove_all(path_); }
 
 bool eventually(const std::function<bool()>& is_so) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);

@@ -37,6 +37,20 @@ class TestServer {
   penumbra::http::Server::Ports ports_;
 };
 
+/// A folder of a test's own, gone with it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
 /// Whether `is_so` becomes true within half a minute.
 bool eventually(const std::function<bool()>& is_so);
 
