@@ -70,5 +70,5 @@ class Limits(unittest.TestCase):
     def test_no_job_may_ask_for_more_than_half_of_the_memory(self):
         total = int(next(line for line in open("/proc/meminfo") if line.startswith("MemTotal")).split()[1]) * 1024
         text = penumbra("serve", "--help").stdout
-        default = re.search(r"--max-memory [^\n]*\[(\d+)\]", text)
+        default = re.search(r"--max-memory [^\n]*=(\d+) ", text)
         self.assertLessEqual(int(default[1]), total / 2)
