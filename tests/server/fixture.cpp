@@ -1,5 +1,6 @@
 #include "tests/server/fixture.h"
 
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -13,6 +14,9 @@ http::ServerSettings on_free_port(http::ServerSettings settings) {
 }
 
 }  // namespace
+
+TestStore::TestStore(std::uint64_t disk_reserve_bytes)
+    : SqliteStore({path(), "test", disk_reserve_bytes, [](const char*) {}}) {}
 
 TestServer::TestServer(const jobs::Settings& jobs, http::ServerSettings http)
     : pool_(2),
@@ -46,6 +50,11 @@ bool eventually(const std::function<bool()>& is_so) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return true;
+}
+
+std::string fresh_seed() {
+  static std::atomic<int> next = 1000;
+  return R"(, "seed": )" + std::to_string(next++);
 }
 
 std::string small_job(std::string_view options) {

@@ -6,8 +6,15 @@
 
 #include "server/http/server.h"
 #include "server/jobs/job_manager.h"
-#include "server/store/memory_store.h"
+#include "server/store/sqlite_store.h"
 #include "tests/server/client.h"
+#include "tests/support/temporary_directory.h"
+
+/// A store in a directory of its own.
+class TestStore : penumbra::test::TemporaryDirectory, public penumbra::store::SqliteStore {
+ public:
+  explicit TestStore(std::uint64_t disk_reserve_bytes = 0);
+};
 
 /// A whole server in this process, on a free port.
 class TestServer {
@@ -26,7 +33,7 @@ class TestServer {
   bool reaches(const std::string& id, std::string_view state) const;
 
  private:
-  penumbra::store::MemoryStore store_;
+  TestStore store_;
   penumbra::render::Pool pool_;
   penumbra::jobs::JobManager manager_;
   penumbra::http::Server server_;
@@ -35,6 +42,9 @@ class TestServer {
 
 /// Whether `is_so` becomes true within half a minute.
 bool eventually(const std::function<bool()>& is_so);
+
+/// Another seed each time, so that the job has an image that no other has.
+std::string fresh_seed();
 
 /// A sphere under a light; `options` are JSON members such as R"("width": 16)".
 std::string small_job(std::string_view options = R"("width": 16, "height": 16)");

@@ -120,7 +120,7 @@ TEST_CASE("a job that takes longer than allowed fails with a reason") {
 }
 
 TEST_CASE("what a store has left unfinished is taken up") {
-  store::MemoryStore store;
+  TestStore store;
   store::JobRecord record;
   record.id = "01JDF3Z4N6Q8R0S2T4V6X8Y0Z2";
   record.created_at = std::chrono::system_clock::now();
@@ -137,7 +137,7 @@ TEST_CASE("what a store has left unfinished is taken up") {
 }
 
 TEST_CASE("stopping fails what is not done and wakes whoever waits") {
-  store::MemoryStore store;
+  TestStore store;
   render::Pool pool(2);
   jobs::JobManager manager(settings_for(1, 10), store, pool);
   const std::string running = manager.submit(endless_job(), {}).job.id, queued = manager.submit(small_job(), {}).job.id;
