@@ -65,6 +65,8 @@ std::string small_job(std::string_view options) {
   return scene + std::string(options) + "}}";
 }
 
+std::string another_job() { return small_job(R"("width": 16, "height": 16)" + fresh_seed()); }
+
 std::string endless_job(std::string_view more) {
   return small_job(R"("width": 1200, "height": 1200, "samples_per_pixel": 1024)" + std::string(more));
 }

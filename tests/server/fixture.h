@@ -48,5 +48,7 @@ std::string fresh_seed();
 
 /// A sphere under a light; `options` are JSON members such as R"("width": 16)".
 std::string small_job(std::string_view options = R"("width": 16, "height": 16)");
+/// Likewise, with an image that no other job has.
+std::string another_job();
 /// The same for minutes. `more` are further options, each after a comma.
 std::string endless_job(std::string_view more = "");
