@@ -39,7 +39,7 @@ class Server:
     def __init__(self, *flags, listen="127.0.0.1:0", environment=None):
         self.folder = tempfile.TemporaryDirectory()
         self.log_path = Path(self.folder.name) / "log"
-        command = [BIN / "penumbra", "serve", "--listen", listen, *map(str, flags)]
+        command = [BIN / "penumbra", "serve", "--listen", listen, "--store", f"{self.folder.name}/store", *map(str, flags)]
         with self.log_path.open("wb") as log:
             self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True,
                                             env={**os.environ, **(environment or {})})

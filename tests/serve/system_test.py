@@ -45,4 +45,4 @@ class System(unittest.TestCase):
             server.process.wait(10)
             self.assertEqual(server.process.returncode, 0)
             for stream in streams:
-                self.assertIn(b"event: failed", stream.read())
+                self.assertIn(b"event: progress", stream.read())

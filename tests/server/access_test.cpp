@@ -44,7 +44,7 @@ class KeyedServer {
     return settings;
   }
 
-  const TemporaryFolder folder_;
+  const test::TemporaryDirectory folder_;
   access::KeyRing ring_;
   TestServer server_;
 };

@@ -63,7 +63,7 @@ TEST_CASE("a file with a line that is no key is refused, with its number") {
 }
 
 TEST_CASE("keys are read again after a change, and a bad file changes nothing") {
-  const TemporaryFolder folder;
+  const penumbra::test::TemporaryDirectory folder;
   const std::string file = folder / "keys";
   const NewKey first = make_key("a", {Scope::read}), second = make_key("b", {Scope::read});
   write_keys(file, line_of(first.key) + "\n");

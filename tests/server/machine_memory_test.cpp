@@ -22,7 +22,7 @@ class FakeMachine {
   std::size_t memory() const { return penumbra::cli::machine_memory_bytes(folder_ / "."); }
 
  private:
-  TemporaryFolder folder_;
+  penumbra::test::TemporaryDirectory folder_;
 };
 
 }  // namespace
