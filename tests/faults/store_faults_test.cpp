@@ -7,10 +7,10 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 
+#include "tests/store/directories.h"
 #include "tests/store/records.h"
 #include "tests/support/faulty_calls.h"
 
@@ -18,7 +18,6 @@
 // PENUMBRA_FULL=1 in the environment every one). Whatever fails, a call
 // has either thrown or has an effect that is there after the next start; and that start finds a sound store.
 
-namespace fs = std::filesystem;
 using namespace penumbra::test;
 
 namespace {
@@ -77,12 +76,6 @@ Answers live(const Script& script, const std::string& directory, std::atomic<boo
   });
   answers.is_failed = has_failed;
   return answers;
-}
-
-std::size_t files_in(const std::string& directory) {
-  std::size_t count = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(directory)) count += entry.is_regular_file() ? 1 : 0;
-  return count;
 }
 
 void check(const Script& script, const std::string& directory, const Answers& answers) {
