@@ -28,16 +28,17 @@ void JobManager::recover() {
   for (store::JobRecord& record : store_.unfinished()) {
     const std::string spec_hash = record.spec_hash;
     const auto job = std::make_shared<LiveJob>(std::move(record));
-    live_.emplace(job->id(), job);
+    add_live(job);
     queue_.attach(job, spec_hash, nullptr, 0);
   }
   spdlog::debug("{} unfinished jobs, {} at once", live_.size(), settings_.jobs);
 }
 
-Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key) {
+Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key,
+                              const Submitter& submitter) {
   auto request = std::make_unique<api::JobRequest>(api::parse_job(body, settings_.limits));
   std::optional<store::IdempotencyKey> key;
-  if (idempotency_key) key = store::IdempotencyKey{*idempotency_key, store::sha256_hex(body), {}};
+  if (idempotency_key) key = store::IdempotencyKey{*idempotency_key, store::sha256_hex(body), submitter.owner};
   const auto answer_of = [&](const store::Created& created) {
     const bool is_conflict = created.outcome == store::Created::Outcome::conflict;
     return Submission{is_conflict ? Submission::Outcome::key_conflict : Submission::Outcome::repeated,
@@ -49,6 +50,7 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
   }
 
   store::JobRecord record;
+  record.owner = submitter.owner;
   record.created_at = system_clock::now();
   record.spec_hash = spec_hash(*request);
   record.priority = request->options.priority;
@@ -63,14 +65,19 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
       ++totals_.refused;
       return {Submission::Outcome::queue_full, {}, retry_after_s()};
     }
+    const auto own = live_of_.find(submitter.owner);
+    if (submitter.max_jobs && own != live_of_.end() && own->second >= *submitter.max_jobs) {
+      ++totals_.refused;
+      return {Submission::Outcome::owner_full, {}, retry_after_s()};
+    }
     record.id = ids_.next(record.created_at);
     job = std::make_shared<LiveJob>(record);
     // Known before it is stored, so that no call can find it and yet not stop it.
-    live_.emplace(job->id(), job);
+    add_live(job);
   }
   const auto forget = [&] {
     const std::lock_guard lock(mutex_);
-    live_.erase(record.id);
+    drop_live(record.id);
   };
   store::Created created;
   try {
@@ -101,12 +108,12 @@ Submission JobManager::enter(const std::shared_ptr<LiveJob>& job, const store::J
   if (stored.state == api::JobState::succeeded) {
     // An equal job's image was there.
     ++totals_.succeeded;
-    live_.erase(job->id());
+    drop_live(job->id());
   } else if (job->is_cancel_asked) {
     lock.unlock();
     end(*job, stopped(StopReason::canceled, 0));
   } else if (is_stopping_) {
-    live_.erase(job->id());
+    drop_live(job->id());
     job->leave();
   } else {
     queue_.attach(job, stored.spec_hash, std::move(request), body_bytes);
@@ -117,6 +124,26 @@ Submission JobManager::enter(const std::shared_ptr<LiveJob>& job, const store::J
   if (lock) lock.unlock();
   if (running) start(*job, running);
   return submission;
+}
+
+void JobManager::add_live(const std::shared_ptr<LiveJob>& job) {
+  live_.emplace(job->id(), job);
+  ++live_of_[job->owner()];
+}
+
+void JobManager::drop_live(const std::string& id) {
+  const auto job = live_.find(id);
+  if (job == live_.end()) return;
+  const auto own = live_of_.find(job->second->owner());
+  if (--own->second == 0) live_of_.erase(own);
+  live_.erase(job);
+}
+
+std::optional<std::string> JobManager::owner_of(const std::string& id) const {
+  if (const std::shared_ptr<LiveJob> job = find_live(id)) return job->owner();
+  const std::optional<store::JobRecord> record = store_.find(id);
+  if (!record) return std::nullopt;
+  return record->owner;
 }
 
 std::shared_ptr<LiveJob> JobManager::find_live(const std::string& id) const {
@@ -150,9 +177,9 @@ std::optional<api::JobResource> JobManager::wait(const std::string& id, Clock::t
   return find(id);
 }
 
-JobList JobManager::list(std::optional<api::JobState> state, std::size_t limit,
+JobList JobManager::list(const store::Filter& filter, std::size_t limit,
                          const std::optional<std::string>& page_token) const {
-  store::Page page = store_.list({state, {}}, limit, page_token);
+  store::Page page = store_.list(filter, limit, page_token);
   JobList list;
   list.next_page_token = std::move(page.next_page_token);
   const std::lock_guard lock(mutex_);
@@ -188,7 +215,7 @@ bool JobManager::remove(const std::string& id) {
   if (job) cancel(id);
   const bool is_removed = store_.remove(id);
   const std::lock_guard lock(mutex_);
-  live_.erase(id);
+  drop_live(id);
   return is_removed;
 }
 

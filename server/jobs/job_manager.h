@@ -1,6 +1,8 @@
 #pragma once
 #include <condition_variable>
 #include <cstddef>
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -28,13 +30,22 @@ struct Settings {
   std::optional<double> time_limit_s;         // of each render
   api::Limits limits;
   store::Retention retention;
+  /// Told of each job that starts, and of each render that ends, for however many jobs.
+  std::function<void(double waited_s)> on_start;
+  std::function<void(const store::Ending& ending)> on_end;
+};
+
+/// Whose job it is, and how many unfinished ones they may have.
+struct Submitter {
+  std::string owner;
+  std::optional<std::size_t> max_jobs;
 };
 
 struct Submission {
-  enum class Outcome { accepted, repeated, key_conflict, queue_full, storage_full, stopping };
+  enum class Outcome { accepted, repeated, key_conflict, queue_full, owner_full, storage_full, stopping };
   Outcome outcome = Outcome::accepted;
   api::JobResource job;   // when accepted or repeated
-  int retry_after_s = 1;  // when the queue is full
+  int retry_after_s = 1;  // when a queue is full
 };
 
 struct JobList {
@@ -50,9 +61,8 @@ struct Preview {
 
 /// What has happened since the start, and what goes on now.
 struct Counts {
-  std::size_t queued = 0, running = 0;
+  std::size_t queued = 0, running = 0, max_queued = 0;
   std::uint64_t accepted = 0, succeeded = 0, failed = 0, canceled = 0, refused = 0;
-  double render_s = 0;  // of succeeded jobs
 };
 
 /// The life of jobs: a bounded queue, higher priority first and then the older one, from which a fixed number of jobs
@@ -68,15 +78,18 @@ class JobManager {
   JobManager& operator=(const JobManager&) = delete;
 
   /// Checks the body, stores the job and queues it. Throws api::InvalidBody.
-  Submission submit(std::string body, const std::optional<std::string>& idempotency_key);
+  Submission submit(std::string body, const std::optional<std::string>& idempotency_key,
+                    const Submitter& submitter = {});
+
+  /// Of a job; nothing when there is none.
+  std::optional<std::string> owner_of(const std::string& id) const;
 
   std::optional<api::JobResource> find(const std::string& id) const;
   /// The job once it has ended, or as it is at `deadline` or when the server stops; nothing when there is none, or none
   /// any more.
   std::optional<api::JobResource> wait(const std::string& id, Clock::time_point deadline) const;
   /// Newest first; `page_token` is that of the page before.
-  JobList list(std::optional<api::JobState> state, std::size_t limit,
-               const std::optional<std::string>& page_token) const;
+  JobList list(const store::Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const;
   /// Asks an unfinished job to stop: a queued one has ended when this returns, a running one soon will.
   std::optional<api::JobResource> cancel(const std::string& id);
   /// Forgets a job; cancels it first where needed. False when there is none.
@@ -123,6 +136,9 @@ class JobManager {
   std::shared_ptr<LiveJob> find_live(const std::string& id) const;
   std::vector<std::shared_ptr<LiveJob>> jobs_of(const SharedRender& render) const;
   int retry_after_s() const;
+  /// Both need mutex_ held.
+  void add_live(const std::shared_ptr<LiveJob>& job);
+  void drop_live(const std::string& id);
 
   const Settings settings_;
   store::JobStore& store_;
@@ -134,6 +150,7 @@ class JobManager {
   // Guarded by mutex_:
   RenderQueue queue_;
   std::unordered_map<std::string, std::shared_ptr<LiveJob>> live_;  // being stored, queued and running
+  std::map<std::string, std::size_t> live_of_;                      // how many of them by owner
   std::unordered_map<SharedRender*, std::shared_ptr<SharedRender>> running_;
   bool is_accepting_ = true, is_stopping_ = false;
   double average_s_ = 1;  // of recent renders

@@ -10,7 +10,12 @@ constexpr double most_while_running = 99.99;  // 100 is for `succeeded` alone
 
 }  // namespace
 
-LiveJob::LiveJob(store::JobRecord record) : id_(record.id), priority_(record.priority), record_(std::move(record)) {}
+LiveJob::LiveJob(store::JobRecord record)
+    : id_(record.id),
+      owner_(record.owner),
+      created_at_(record.created_at),
+      priority_(record.priority),
+      record_(std::move(record)) {}
 
 void LiveJob::start(api::Time now, std::shared_ptr<const SharedRender> shared) {
   const std::lock_guard lock(mutex_);

@@ -16,6 +16,8 @@ class LiveJob {
   explicit LiveJob(store::JobRecord record);
 
   const std::string& id() const { return id_; }
+  const std::string& owner() const { return owner_; }
+  api::Time created_at() const { return created_at_; }
   int priority() const { return priority_; }
 
   // Guarded by the mutex of the JobManager:
@@ -36,7 +38,8 @@ class LiveJob {
   void wait_until_final(Clock::time_point deadline) const;
 
  private:
-  const std::string id_;
+  const std::string id_, owner_;
+  const api::Time created_at_;
   const int priority_;
 
   mutable std::mutex mutex_;

@@ -57,6 +57,7 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
     running_.erase(render.get());
     average_s_ += (took_s - average_s_) / 8;
   }
+  if (ending && settings_.on_end) settings_.on_end(*ending);
   for (const std::shared_ptr<LiveJob>& job : jobs) {
     if (!ending) {
       leave(*job);
@@ -80,8 +81,10 @@ std::unique_ptr<api::JobRequest> JobManager::request_of(SharedRender& render) co
 
 void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render) {
   const api::Time now = job.not_before(system_clock::now());
-  if (store_.start(job.id(), now)) job.start(now, render);
+  if (!store_.start(job.id(), now)) return;
+  job.start(now, render);
   spdlog::debug("job {} started", job.id());
+  if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
 }
 
 std::optional<store::Ending> JobManager::start_and_render(const std::shared_ptr<SharedRender>& render) {
@@ -156,7 +159,6 @@ void JobManager::end(LiveJob& job, store::Ending ending) {
     switch (ending.state) {
       case api::JobState::succeeded:
         ++totals_.succeeded;
-        totals_.render_s += ending.stats ? ending.stats->render_s : 0;
         break;
       case api::JobState::canceled:
         ++totals_.canceled;
@@ -164,7 +166,7 @@ void JobManager::end(LiveJob& job, store::Ending ending) {
       default:
         ++totals_.failed;
     }
-    live_.erase(job.id());
+    drop_live(job.id());
   }
   job.end(ending);
 }
@@ -178,7 +180,7 @@ void JobManager::leave(LiveJob& job) {
   }
   {
     const std::lock_guard lock(mutex_);
-    live_.erase(job.id());
+    drop_live(job.id());
   }
   job.leave();
 }
