@@ -2,10 +2,11 @@
 import os
 import signal
 import socket
+import time
 import unittest
 from pathlib import Path
 
-from serving import ENDLESS, eventually, serving
+from serving import ENDLESS, eventually, job, serving
 
 SCHED_IDLE = 5
 
@@ -35,6 +36,16 @@ class System(unittest.TestCase):
             self.assertEqual(len(clients), 200)
             for client in clients:
                 client.close()
+
+    def test_a_silent_stream_says_that_it_lives(self):
+        with serving("--jobs", 1) as server:
+            server.submit(ENDLESS)
+            waiting = server.submit(job())
+            stream = server.open_events(waiting)
+            start = time.monotonic()
+            lines = iter(stream.readline, b"")
+            self.assertIn(b": the stream is alive\n", lines)
+            self.assertLess(time.monotonic() - start, 20)
 
     def test_sigterm_ends_it_in_time(self):
         with serving() as server:
