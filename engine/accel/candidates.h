@@ -4,7 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "engine/accel/cell.h"
 #include "engine/accel/shaft.h"
+#include "engine/accel/view_cone.h"
 #include "engine/accel/world.h"
 
 namespace penumbra::accel {
@@ -22,6 +24,8 @@ struct Candidate {
 struct Projection {
   Vec3 apex, x, y, w;
   bool is_infinite = false;
+  /// Around all directions of interest, in world space; `radius` across at the end of `axis`.
+  ViewCone cone;
 
   /// The homogeneous coordinates of p.
   Vec3 operator()(const Vec3& p) const {
@@ -47,20 +51,23 @@ class Candidates {
  public:
   /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross, up to `list_capacity`.
   /// `self` is what the apex lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every
-  /// segment leaves it on its outer side, it cannot meet a convex shape again.
-  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self);
+  /// segment leaves it on its outer side, it cannot meet a convex shape again. With `among`, the contents of a cell
+  /// that holds the apex and of a target that holds the quadrilateral's samples: only what is listed there is looked
+  /// at.
+  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
+              const CellContents* among = nullptr);
 
   /// As `gather`, but of opaque triangles only the silhouette: the edges in sight that do not lie between two triangles
   /// side by side. Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH
   /// 2005.
   void gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection, const SurfaceId& self,
-                          bool leaves_self);
+                          bool leaves_self, const CellContents* among = nullptr);
 
   std::span<const Candidate> list() const { return list_; }
   /// In the structure's order; edges beside the shaft may be among them.
   std::span<const SilhouetteEdge> silhouette() const { return silhouette_; }
-  /// Brings the list from the structure's order into the scene's.
-  void sort();
+  /// Places in the list, which is in the structure's order, by the scene's.
+  std::span<const std::uint32_t> scene_order();
   /// Some opaque triangle may be in the shaft, though it need not show a silhouette.
   bool has_opaque_triangles() const { return has_opaque_triangles_; }
   /// The list is of no use: too much may cross the shaft, or (of a silhouette) a triangle crosses its far plane.
@@ -72,6 +79,7 @@ class Candidates {
   class Search;
   static constexpr std::size_t list_capacity = 48, outline_capacity = 1024;
   std::vector<Candidate> list_;
+  std::vector<std::uint32_t> order_;
   std::vector<SilhouetteEdge> silhouette_;
   bool has_opaque_triangles_ = false, is_incomplete_ = false, is_dark_ = false;
 };

@@ -15,6 +15,8 @@ using sampling::Point2;
 
 // Of a chord's half: shorter parts are the rounding of edges that meet, and tell nothing of what is in line there.
 constexpr double shortest_part = 1e-9;
+// Of the disc's radius: less of an edge in sight does not turn the chords.
+constexpr double noticeable = 1e-4;
 
 /// Where on the way from `a` to `b` (homogeneous) the rim x² + y² = w² is met: t of both places, ascending.
 struct RimMeetings {
@@ -117,9 +119,8 @@ ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, do
   for (const DiscCover& cover : covers) {
     for (std::size_t i = 0; i < cover.edge_count; ++i) {
       const Linear& f = cover.edges[i];
-      const double squared = f.b * f.b + f.c * f.c;
-      if (!(f.a * f.a < squared)) continue;
-      const double weight = (1 - f.a * f.a / squared) / squared;
+      const double weight = length_in_disc(cover, i) / (f.b * f.b + f.c * f.c);
+      if (!(weight > 0)) continue;
       xx += weight * f.b * f.b, xy += weight * f.b * f.c, yy += weight * f.c * f.c;
     }
   }
@@ -131,7 +132,8 @@ ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, do
     xx += weight * dy * dy, xy -= weight * dx * dy, yy += weight * dx * dx;
   }
   const double difference = xx - yy, size = std::sqrt(difference * difference + 4 * xy * xy);
-  if (!(size > 0.05 * (xx + yy))) {
+  // What is shorter than `noticeable` may be rounding.
+  if (!(size > 0.05 * (xx + yy) + noticeable)) {
     const auto [sine, cosine] = math::sine_cosine_turns(turn);
     return {{-sine, cosine}, {cosine, sine}};
   }
@@ -292,10 +294,12 @@ sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
                                        const sampling::DiscChords& chords, double turn, double shift,
                                        const Probe& probe) {
   clip(silhouette);
-  is_certain_ = edges_.empty() && covers.empty();
+  is_certain_ = edges_.empty() && std::ranges::all_of(covers, &DiscCover::is_whole);
   sampling::Halves halves;
   if (is_certain_) {
-    const Color all = !has_triangles || probe(0, 0) ? math::white : math::black;
+    Color all = math::white;
+    for (const DiscCover& cover : covers) all = all * (cover.is_opaque ? math::black : cover.transmittance);
+    if (has_triangles && !math::is_black(all) && !probe(0, 0)) all = math::black;
     halves.add(false, all), halves.add(true, all);
     return halves;
   }

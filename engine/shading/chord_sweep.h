@@ -29,7 +29,7 @@ class ChordSweep {
   sampling::Halves integrate(std::span<const DiscCover> covers, std::span<const accel::SilhouetteEdge> silhouette,
                              bool has_triangles, const sampling::DiscChords& chords, double turn, double shift,
                              const Probe& probe);
-  /// Nothing last integrated has an edge in the disc: the mean is exact.
+  /// Nothing last integrated has an edge in the disc: the mean is exact, though rounded.
   bool is_certain() const { return is_certain_; }
 
  private:

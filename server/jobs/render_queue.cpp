@@ -1,7 +1,6 @@
 #include "server/jobs/render_queue.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 namespace penumbra::jobs {
@@ -96,7 +95,12 @@ std::optional<std::int64_t> RenderQueue::position(const LiveJob& job) const {
   if (!job.render || job.render->is_running) return std::nullopt;
   const auto place = queue_.find(job.render->key);
   if (place == queue_.end() || place->second != job.render) return std::nullopt;
-  return std::distance(queue_.begin(), place) + 1;
+  // From both ends at once: the jobs that ask most are the newest and the next.
+  auto front = queue_.begin(), back = queue_.end();
+  for (std::int64_t steps = 1;; ++steps, ++front) {
+    if (front == place) return steps;
+    if (--back == place) return static_cast<std::int64_t>(queue_.size()) - steps + 1;
+  }
 }
 
 }  // namespace penumbra::jobs

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -29,14 +30,6 @@ bool is_temporary_name(const std::string& text) {
   constexpr std::size_t name_size = 64;
   return text.ends_with(temporary_suffix) && text.size() > name_size && is_blob_name(text.substr(0, name_size));
 }
-
-std::vector<std::string> names_in(const std::string& directory) {
-  std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) names.push_back(entry.path().filename());
-  return names;
-}
-
-bool is_own_directory(const std::string& path) { return fs::symlink_status(path).type() == fs::file_type::directory; }
 
 }  // namespace
 
@@ -70,8 +63,7 @@ void Blobs::write(const std::string& name, const std::string& bytes) {
     write_file(temporary, bytes);
     rename_file(temporary, path_of(name));
   } catch (...) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
+    ::unlink(temporary.c_str());
     throw;
   }
   sync_directory(directory);
@@ -101,11 +93,11 @@ void Blobs::remove(const std::string& name) {
 void Blobs::collect(const std::function<bool(const std::string& name)>& is_wanted) {
   for (const std::string& prefix : names_in(directory_)) {
     const std::string directory = directory_ + "/" + prefix;
-    if (prefix.size() != 2 || !is_hexadecimal(prefix) || !is_own_directory(directory)) continue;
+    if (prefix.size() != 2 || !is_hexadecimal(prefix) || !is_directory(directory)) continue;
     for (const std::string& name : names_in(directory)) {
       const bool is_blob = is_blob_name(name) && name.starts_with(prefix);
       const bool is_ours = is_blob || is_temporary_name(name);
-      if (!is_ours || (is_blob && is_wanted(name)) || is_own_directory(directory + "/" + name)) continue;
+      if (!is_ours || (is_blob && is_wanted(name)) || is_directory(directory + "/" + name)) continue;
       remove_file(directory + "/" + name);
     }
   }
@@ -115,7 +107,7 @@ bool Blobs::is_empty() const {
   const std::vector<std::string> prefixes = names_in(directory_);
   return std::none_of(prefixes.begin(), prefixes.end(), [&](const std::string& prefix) {
     const std::string directory = directory_ + "/" + prefix;
-    return is_own_directory(directory) && !names_in(directory).empty();
+    return is_directory(directory) && !names_in(directory).empty();
   });
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 namespace penumbra::store {
 
@@ -35,6 +36,10 @@ std::string read_file(const std::string& path);
 void rename_file(const std::string& from, const std::string& to);
 /// False when there was no such file.
 bool remove_file(const std::string& path);
+/// Of everything in a directory but `.` and `..`.
+std::vector<std::string> names_in(const std::string& directory);
+/// Whether there is a directory of this name, and not only a link to one.
+bool is_directory(const std::string& path);
 /// fsyncs the names in a directory.
 void sync_directory(const std::string& path);
 /// Bytes that may still be written to the file system of `path`.

@@ -1,7 +1,5 @@
 #include "server/store/job_rows.h"
 
-#include "api/stored_json.h"
-
 namespace penumbra::store {
 
 namespace {
@@ -41,29 +39,19 @@ JobRecord job_of(const Query& row) {
   job.created_at = time_of(integer(row, Column::created_at));
   job.started_at = optional_time(row, Column::started_at);
   job.finished_at = optional_time(row, Column::finished_at);
-  if (!is_null(row, Column::error)) job.error = api::problem_of(text(row, Column::error));
-  if (!is_null(row, Column::stats)) job.stats = api::stats_of(text(row, Column::stats));
+  if (!is_null(row, Column::error)) job.error = unpacked_problem(text(row, Column::error));
+  if (!is_null(row, Column::stats)) job.stats = unpacked_stats(text(row, Column::stats));
   job.spec_hash = text(row, Column::spec_hash);
   return job;
 }
 
 void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image) {
-  const std::optional<std::string> error = json_of(job.error), stats = json_of(job.stats);
+  const std::optional<std::string> error = packed_if_any(job.error), stats = packed_if_any(job.stats);
   database.query("INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)")
       .with(job.id, job.owner, number_of(job.state), job.priority, job.progress_interval_s, job.percent, job.crashes,
             number_of(job.created_at), number_of(job.started_at), number_of(job.finished_at), error, stats,
             job.spec_hash, image)
       .run();
-}
-
-std::optional<std::string> json_of(const std::optional<api::Problem>& error) {
-  if (!error) return std::nullopt;
-  return api::to_json(*error);
-}
-
-std::optional<std::string> json_of(const std::optional<render::Stats>& stats) {
-  if (!stats) return std::nullopt;
-  return api::to_json(*stats);
 }
 
 }  // namespace penumbra::store

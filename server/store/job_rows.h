@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "server/store/job_store.h"
+#include "server/store/packed.h"
 #include "server/store/sqlite.h"
 
 namespace penumbra::store {
@@ -36,7 +37,10 @@ JobRecord job_of(const Query& row);
 /// Inserts a row; `image` is the hash of the image it has.
 void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image);
 
-std::optional<std::string> json_of(const std::optional<api::Problem>& error);
-std::optional<std::string> json_of(const std::optional<render::Stats>& stats);
+template <class Value>
+std::optional<std::string> packed_if_any(const std::optional<Value>& value) {
+  if (!value) return std::nullopt;
+  return packed(*value);
+}
 
 }  // namespace penumbra::store

@@ -29,7 +29,7 @@ void check_pages(Database& database) {
 }
 
 void recover(Database& database, const std::string& engine_version, Time now) {
-  const std::string error = api::to_json(crashed());
+  const std::string error = packed(crashed());
   database.run("BEGIN IMMEDIATE");
   database.query(fail_jobs)
       .with(number_of(JobState::failed), error, number_of(now), number_of(JobState::running), most_crashes)

@@ -100,7 +100,7 @@ void SqliteStore::write(const std::string& name, const std::string& bytes) {
 bool SqliteStore::finish(const std::string& id, Ending ending) {
   const std::optional<JobRecord> job = find(id);
   if (!job || api::is_final(job->state)) return false;
-  const std::optional<std::string> error = json_of(ending.error), stats = json_of(ending.stats);
+  const std::optional<std::string> error = packed_if_any(ending.error), stats = packed_if_any(ending.stats);
   std::vector<std::string> names;
   if (ending.image) {
     names.push_back(ending.image->sha256);

@@ -1,7 +1,9 @@
-// A library to be preloaded: while it is armed, calls to the system and to the allocator fail as they are told to.
+// A library to be preloaded: while it is armed, calls to the system and to the allocator fail as they are told to. A
+// program that knows nothing of it is armed by FAULT="KIND FIRST LAST ERRNO" in its environment.
 #include "tests/support/faulty_calls.h"
 
 #include <dlfcn.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -23,6 +25,12 @@ namespace {
 
 std::atomic<int> armed_kind = -1, error_code = 0;
 std::atomic<long> calls = 0, first_to_fail = 0, last_to_fail = 0;
+
+/// Sockets, pipes and the standard streams are nothing a store depends on.
+bool is_regular_file(int file) {
+  struct stat status {};
+  return ::fstat(file, &status) == 0 && S_ISREG(status.st_mode);
+}
 
 bool is_to_fail(Fault kind) {
   if (armed_kind.load() != static_cast<int>(kind)) return false;
@@ -54,10 +62,17 @@ long disarm_fault() {
   return calls;
 }
 
+[[gnu::constructor]] void arm_from_environment() {
+  const char* const text = std::getenv("FAULT");
+  int kind = 0, error = 0;
+  long first = 0, last = 0;
+  if (text != nullptr && std::sscanf(text, "%d %ld %ld %d", &kind, &first, &last, &error) == 4)
+    arm_fault(kind, first, last, error);
+}
+
 ssize_t write(int file, const void* bytes, std::size_t size) {
   static const auto real = next<decltype(write)>("write");
-  // The log goes to the standard streams, and is nothing a store depends on.
-  if (file > STDERR_FILENO && is_to_fail(Fault::write)) return -1;
+  if (armed_kind == static_cast<int>(Fault::write) && is_regular_file(file) && is_to_fail(Fault::write)) return -1;
   return real(file, bytes, size);
 }
 
