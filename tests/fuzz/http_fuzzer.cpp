@@ -1,5 +1,5 @@
-// What a client may send over one connection: the server reads it as it reads a socket, byte budgets, deadlines and all,
-// and must answer every request or close. A corpus file is the client's bytes.
+// What a client may send over one connection: the server reads it as it reads a socket, byte budgets, deadlines and
+// all, and must answer every request or close. A corpus file is the client's bytes.
 #include <sys/socket.h>
 #include <unistd.h>
 
