@@ -72,41 +72,6 @@ void add_connection_flags(CLI::App& command, ServeSettings& settings) {
       ->type_name("S");
 }
 
-/// Where this user's jobs are kept when nobody says otherwise (XDG Base Directory Specification); empty when there is
-/// no such place.
-std::string default_store() {
-  const auto value_of = [](const char* name) {
-    const char* const value = std::getenv(name);
-    return std::string(value != nullptr ? value : "");
-  };
-  // The specification wants relative paths ignored.
-  if (const std::string state = value_of("XDG_STATE_HOME"); state.starts_with('/')) return state + "/penumbra";
-  if (const std::string home = value_of("HOME"); home.starts_with('/')) return home + "/.local/state/penumbra";
-  return "";
-}
-
-std::chrono::seconds whole_seconds(double seconds) {
-  return std::chrono::seconds(static_cast<std::int64_t>(std::min(seconds, 1e9)));
-}
-
-void add_store_flags(CLI::App& command, ServeSettings& settings) {
-  const auto add = [&](const char* name, auto& value, const char* description) {
-    return command.add_option(name, value, description)->capture_default_str()->group("What is kept");
-  };
-  const auto add_bytes = [&](const char* name, auto& value, const char* description) {
-    add(name, value, description)->transform(CLI::AsSizeValue(false))->type_name("BYTES");
-  };
-  store::Retention& retention = settings.jobs.retention;
-  add("--store", settings.store,
-      "The directory jobs are kept in, of this server alone; else $XDG_STATE_HOME/penumbra or ~/.local/state/penumbra")
-      ->type_name("DIR");
-  add("--keep-jobs", retention.max_jobs, "Finished jobs that are remembered")->check(CLI::PositiveNumber);
-  add("--keep-jobs-days", settings.keep_jobs_days, "Days for which they are")->check(CLI::PositiveNumber);
-  add_bytes("--keep-images", retention.max_image_bytes, "Bytes of finished images that are kept");
-  add("--keep-images-hours", settings.keep_images_hours, "Hours for which they are")->check(CLI::PositiveNumber);
-  add_bytes("--disk-reserve", settings.disk_reserve_bytes, "New jobs are refused when the disk has fewer free bytes");
-}
-
 void add_job_flags(CLI::App& command, ServeSettings& settings) {
   command.add_option("--jobs", settings.jobs.jobs, "Jobs that render at once")
       ->check(CLI::Range(1, 1024))

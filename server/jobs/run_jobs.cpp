@@ -58,7 +58,6 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
     running_.erase(render.get());
     average_s_ += (took_s - average_s_) / 8;
   }
-  if (ending && settings_.on_end) settings_.on_end(*ending);
   for (const std::shared_ptr<LiveJob>& job : jobs) {
     if (!ending) {
       leave(*job);
@@ -87,7 +86,6 @@ void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render
     if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
   }
   spdlog::debug("job {} started", job.id());
-  if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
 }
 
 std::optional<store::Ending> JobManager::start_and_render(const std::shared_ptr<SharedRender>& render) {
