@@ -76,6 +76,7 @@ void add_connection_flags(CLI::App& command, ServeSettings& settings) {
 /// no such place.
 std::string default_store() {
   const auto value_of = [](const char* name) {
+    // Before there is a second thread. NOLINTNEXTLINE(concurrency-mt-unsafe)
     const char* const value = std::getenv(name);
     return std::string(value != nullptr ? value : "");
   };
