@@ -49,18 +49,6 @@ class End {
   std::promise<int> status_;
 };
 
-store::SqliteSettings store_settings(const ServeSettings& settings, End& end) {
-  store::SqliteSettings store;
-  store.directory = settings.store;
-  store.engine_version = jobs::engine_version();
-  store.disk_reserve_bytes = settings.disk_reserve_bytes;
-  store.on_failure = [&end](const char* reason) {
-    spdlog::critical("the store has failed, the server ends: {}", reason);
-    end.ask(status_failed);
-  };
-  return store;
-}
-
 int serve(ServeSettings settings) {
   if (const auto complaint = complaint_about(settings)) {
     std::cerr << "penumbra serve: " << *complaint << "\n";
@@ -81,8 +69,12 @@ int serve(ServeSettings settings) {
 
   metrics::Metrics metrics;
   settings.jobs.on_start = [&](double waited_s) { metrics.job_started(waited_s); };
-  settings.jobs.on_end = [&](const store::Ending& ending) { metrics.job_ended(ending); };
-  store::SqliteStore store(store_settings(settings, end));
+  settings.jobs.on_image = [&](const render::Stats& stats) { metrics.image_rendered(stats); };
+  store::SqliteStore store(
+      {settings.store, jobs::engine_version(), settings.disk_reserve_bytes, [&](const char* reason) {
+         spdlog::critical("the store has failed, the server ends: {}", reason);
+         end.ask(status_failed);
+       }});
   store::TimedStore timed_store(store, [&](auto operation, double took_s) { metrics.store_called(operation, took_s); });
   render::Pool pool(render::thread_limit(settings.threads, render::available_cores()), !settings.is_priority_normal);
   jobs::JobManager manager(settings.jobs, timed_store, pool);
@@ -91,7 +83,7 @@ int serve(ServeSettings settings) {
   std::cout << "listening on " << address_of(settings.http.listener, ports.main) << "\n";
   if (settings.http.admin) std::cout << "administration on " << address_of(*settings.http.admin, ports.admin) << "\n";
   std::cout.flush();
-  spdlog::info("{} render threads, {} jobs at once, {} may wait; they are kept in {}", pool.size(), settings.jobs.jobs,
+  spdlog::info("{} render threads, {} jobs at once, {} may wait; jobs are kept in {}", pool.size(), settings.jobs.jobs,
                settings.jobs.max_queued, settings.store);
 
   const int status = end.wait();

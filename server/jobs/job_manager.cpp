@@ -293,7 +293,9 @@ Counts JobManager::counts() const {
   const std::lock_guard lock(mutex_);
   Counts counts = totals_;
   counts.queued = queue_.waiting_jobs();
-  counts.running = running_.size();
+  for (const auto& [key, render] : running_) counts.running += render->jobs.size();
+  counts.renders = running_.size();
+  counts.max_queued = settings_.max_queued;
   return counts;
 }
 

@@ -30,9 +30,9 @@ struct Settings {
   std::optional<double> time_limit_s;         // of each render
   api::Limits limits;
   store::Retention retention;
-  /// Told of each job that starts, and of each render that ends, for however many jobs.
+  /// Told of each job that starts and of each render that gave an image, in the thread that runs it.
   std::function<void(double waited_s)> on_start;
-  std::function<void(const store::Ending& ending)> on_end;
+  std::function<void(const render::Stats& stats)> on_image;
 };
 
 /// Whose job it is, and how many unfinished ones they may have.
@@ -61,7 +61,7 @@ struct Preview {
 
 /// What has happened since the start, and what goes on now.
 struct Counts {
-  std::size_t queued = 0, running = 0, max_queued = 0;
+  std::size_t queued = 0, running = 0, renders = 0, max_queued = 0;  // equal jobs share a render
   std::uint64_t accepted = 0, succeeded = 0, failed = 0, canceled = 0, refused = 0;
 };
 

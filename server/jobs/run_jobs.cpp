@@ -49,6 +49,7 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
     spdlog::error("a render: {}", error.what());
     ending = failure({"/problems/render-failed", "The render failed", 500, "the render failed; the log says why", {}});
   }
+  if (settings_.on_image && ending && ending->stats) settings_.on_image(*ending->stats);
   const double took_s = render->running_s();
   std::vector<std::shared_ptr<LiveJob>> jobs;
   {
@@ -81,8 +82,10 @@ std::unique_ptr<api::JobRequest> JobManager::request_of(SharedRender& render) co
 
 void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render) {
   const api::Time now = job.not_before(system_clock::now());
-  if (!store_.start(job.id(), now)) return;
-  job.start(now, render);
+  if (store_.start(job.id(), now)) {
+    job.start(now, render);
+    if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
+  }
   spdlog::debug("job {} started", job.id());
   if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
 }

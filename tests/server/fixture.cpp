@@ -15,7 +15,7 @@ http::ServerSettings on_free_port(http::ServerSettings settings) {
 
 jobs::Settings with_metrics(jobs::Settings settings, metrics::Metrics& metrics) {
   settings.on_start = [&](double waited_s) { metrics.job_started(waited_s); };
-  settings.on_end = [&](const store::Ending& ending) { metrics.job_ended(ending); };
+  settings.on_image = [&](const render::Stats& stats) { metrics.image_rendered(stats); };
   return settings;
 }
 

@@ -12,6 +12,12 @@ penumbra::jobs::Settings settings_for(int at_once) {
   return settings;
 }
 
+double renders(const TestServer& server) {
+  const std::string text = call(server.port(), "GET", "/metrics").body;
+  const std::string name = "\npenumbra_renders ";
+  return std::stod(text.substr(text.find(name) + name.size()));
+}
+
 std::string with_priority(int priority) { return R"(, "priority": )" + std::to_string(priority); }
 
 }  // namespace
