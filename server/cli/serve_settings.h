@@ -7,7 +7,6 @@
 #include "server/cli/address.h"
 #include "server/http/server.h"
 #include "server/jobs/job_manager.h"
-#include "server/store/sqlite_store.h"
 
 namespace CLI {
 class App;
@@ -24,8 +23,6 @@ struct ServeSettings {
   double keep_jobs_days = 7, keep_images_hours = 24;
   std::uint64_t disk_reserve_bytes = 256u << 20;
   std::size_t max_jobs_of_key = 64;  // 0: any number
-  double keep_jobs_days = 7, keep_images_hours = 24;
-  std::uint64_t disk_reserve_bytes = store::SqliteSettings().disk_reserve_bytes;
   jobs::Settings jobs;
   http::ServerSettings http;  // what the flags above say of it is filled in by `complete`
 

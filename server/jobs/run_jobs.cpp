@@ -58,7 +58,6 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
     running_.erase(render.get());
     average_s_ += (took_s - average_s_) / 8;
   }
-  if (ending && settings_.on_end) settings_.on_end(*ending);
   for (const std::shared_ptr<LiveJob>& job : jobs) {
     if (!ending) {
       leave(*job);
@@ -82,10 +81,8 @@ std::unique_ptr<api::JobRequest> JobManager::request_of(SharedRender& render) co
 
 void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render) {
   const api::Time now = job.not_before(system_clock::now());
-  if (store_.start(job.id(), now)) {
-    job.start(now, render);
-    if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
-  }
+  if (!store_.start(job.id(), now)) return;
+  job.start(now, render);
   spdlog::debug("job {} started", job.id());
   if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
 }

@@ -12,12 +12,6 @@ penumbra::jobs::Settings settings_for(int at_once) {
   return settings;
 }
 
-double renders(const TestServer& server) {
-  const std::string text = call(server.port(), "GET", "/metrics").body;
-  const std::string name = "\npenumbra_renders ";
-  return std::stod(text.substr(text.find(name) + name.size()));
-}
-
 std::string with_priority(int priority) { return R"(, "priority": )" + std::to_string(priority); }
 
 }  // namespace
@@ -58,7 +52,7 @@ TEST_CASE("what decides about the image, or about nothing for sure, is rendered"
 
 TEST_CASE("equal jobs render once, and each may be canceled without harm to the other") {
   TestServer server(settings_for(4));
-  const auto renders = [&] { return server.manager().counts().running; };
+  const auto renders = [&] { return server.manager().counts().renders; };
   const std::string first = server.submit(endless_job());
   REQUIRE(server.reaches(first, "running"));
   const std::string second = server.submit(endless_job()), third = server.submit(endless_job(with_priority(5)));
