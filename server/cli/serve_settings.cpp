@@ -72,6 +72,43 @@ void add_connection_flags(CLI::App& command, ServeSettings& settings) {
       ->type_name("S");
 }
 
+void add_job_flags(CLI::App& command, ServeSettings& settings) {
+  command.add_option("--jobs", settings.jobs.jobs, "Jobs that render at once")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command.add_option("--queue", settings.jobs.max_queued, "Jobs that wait at most")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
+  command.add_option("--queue-bytes", settings.jobs.max_queued_bytes, "Bytes of the bodies of waiting jobs at most")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES")
+      ->capture_default_str();
+  command
+      .add_option("--store", settings.store,
+                  "The directory jobs are kept in; else $XDG_STATE_HOME/penumbra or ~/.local/state/penumbra")
+      ->type_name("DIR");
+  command.add_option("--job-time-limit", settings.job_time_limit_s, "Seconds a render may take; 0 is any time")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S")
+      ->capture_default_str();
+}
+
+void add_keeping_flags(CLI::App& command, ServeSettings& settings) {
+  const auto add = [&](const char* name, auto& value, const char* description) {
+    return command.add_option(name, value, description)->capture_default_str()->group("What is kept");
+  };
+  store::Retention& retention = settings.jobs.retention;
+  add("--keep-jobs", retention.max_jobs, "Finished jobs that are remembered")->check(CLI::PositiveNumber);
+  add("--keep-jobs-days", settings.keep_jobs_days, "Days for which they are")->check(CLI::PositiveNumber);
+  add("--keep-images", retention.max_image_bytes, "Bytes of finished images that are kept")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
+  add("--keep-images-hours", settings.keep_images_hours, "Hours for which they are")->check(CLI::PositiveNumber);
+  add("--disk-reserve", settings.disk_reserve_bytes, "No new jobs when the disk has fewer free bytes")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
+}
+
 /// Where this user's jobs are kept when nobody says otherwise (XDG Base Directory Specification); empty when there is
 /// no such place.
 std::string default_store() {
@@ -88,41 +125,6 @@ std::string default_store() {
 
 std::chrono::seconds whole_seconds(double seconds) {
   return std::chrono::seconds(static_cast<std::int64_t>(std::min(seconds, 1e9)));
-}
-
-void add_store_flags(CLI::App& command, ServeSettings& settings) {
-  const auto add = [&](const char* name, auto& value, const char* description) {
-    return command.add_option(name, value, description)->capture_default_str()->group("What is kept");
-  };
-  const auto add_bytes = [&](const char* name, auto& value, const char* description) {
-    add(name, value, description)->transform(CLI::AsSizeValue(false))->type_name("BYTES");
-  };
-  store::Retention& retention = settings.jobs.retention;
-  add("--store", settings.store,
-      "The directory jobs are kept in, of this server alone; else $XDG_STATE_HOME/penumbra or ~/.local/state/penumbra")
-      ->type_name("DIR");
-  add("--keep-jobs", retention.max_jobs, "Finished jobs that are remembered")->check(CLI::PositiveNumber);
-  add("--keep-jobs-days", settings.keep_jobs_days, "Days for which they are")->check(CLI::PositiveNumber);
-  add_bytes("--keep-images", retention.max_image_bytes, "Bytes of finished images that are kept");
-  add("--keep-images-hours", settings.keep_images_hours, "Hours for which they are")->check(CLI::PositiveNumber);
-  add_bytes("--disk-reserve", settings.disk_reserve_bytes, "New jobs are refused when the disk has fewer free bytes");
-}
-
-void add_job_flags(CLI::App& command, ServeSettings& settings) {
-  command.add_option("--jobs", settings.jobs.jobs, "Jobs that render at once")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  command.add_option("--queue", settings.jobs.max_queued, "Jobs that wait at most")
-      ->check(CLI::Range(0, 1'000'000))
-      ->capture_default_str();
-  command.add_option("--queue-bytes", settings.jobs.max_queued_bytes, "Bytes of the bodies of waiting jobs at most")
-      ->transform(CLI::AsSizeValue(false))
-      ->type_name("BYTES")
-      ->capture_default_str();
-  command.add_option("--job-time-limit", settings.job_time_limit_s, "Seconds a render may take; 0 is any time")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("S")
-      ->capture_default_str();
 }
 
 /// One for every connection that may be open, as far as the system lets us: returns how many.
@@ -149,7 +151,7 @@ void add_serve_flags(CLI::App& command, ServeSettings& settings) {
                      "A second HOST:PORT for /healthz, /readyz and /metrics, without keys");
   add_threads_flag(command, settings.threads);
   add_job_flags(command, settings);
-  add_store_flags(command, settings);
+  add_keeping_flags(command, settings);
   command.add_flag("--normal-priority", settings.is_priority_normal,
                    "Render threads compete with everything else instead of giving way");
   command.add_option("--log-level", settings.log_level, "What goes to standard error; requests are of level info")

@@ -81,10 +81,11 @@ std::unique_ptr<api::JobRequest> JobManager::request_of(SharedRender& render) co
 
 void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render) {
   const api::Time now = job.not_before(system_clock::now());
-  if (!store_.start(job.id(), now)) return;
-  job.start(now, render);
+  if (store_.start(job.id(), now)) {
+    job.start(now, render);
+    if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
+  }
   spdlog::debug("job {} started", job.id());
-  if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
 }
 
 std::optional<store::Ending> JobManager::start_and_render(const std::shared_ptr<SharedRender>& render) {
