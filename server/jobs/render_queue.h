@@ -13,7 +13,8 @@
 
 namespace penumbra::jobs {
 
-/// The renders that wait, higher priority first and then the older one, and who takes part in those that wait or run:
+/// The renders that wait, higher priority first and then the older one – whose job has the lesser id, so that the order
+/// is the same after a restart – and who takes part in those that wait or run:
 /// jobs with the same image share one. Not to be shared between threads without a lock.
 class RenderQueue {
  public:
@@ -45,7 +46,6 @@ class RenderQueue {
 
   std::map<SharedRender::QueueKey, std::shared_ptr<SharedRender>> queue_;
   std::unordered_map<std::string, std::shared_ptr<SharedRender>> by_hash_;  // those that may be joined
-  std::uint64_t next_sequence_ = 0;
   std::size_t bytes_ = 0;
 };
 

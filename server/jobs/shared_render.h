@@ -45,11 +45,11 @@ class SharedRender {
   /// `start`.
   std::shared_ptr<const std::string> preview() const;
 
-  /// (−priority, sequence): the least is next.
-  using QueueKey = std::pair<int, std::uint64_t>;
+  /// (−priority, id of the first job): the least is next.
+  using QueueKey = std::pair<int, std::string>;
   // Guarded by the mutex of the JobManager:
   std::vector<std::shared_ptr<LiveJob>> jobs;  // that are to have the image
-  std::uint64_t sequence = 0;                  // its place among those of the same priority
+  std::string first_id;                        // of the job it was made for
   QueueKey key;                                // where it waits
   bool is_running = false;
 

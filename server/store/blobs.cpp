@@ -97,8 +97,9 @@ void Blobs::collect(const std::function<bool(const std::string& name)>& is_wante
     for (const std::string& name : names_in(directory)) {
       const bool is_blob = is_blob_name(name) && name.starts_with(prefix);
       const bool is_ours = is_blob || is_temporary_name(name);
-      if (!is_ours || (is_blob && is_wanted(name)) || is_directory(directory + "/" + name)) continue;
-      remove_file(directory + "/" + name);
+      if (!is_ours || (is_blob && is_wanted(name))) continue;
+      const std::string path = std::string(directory).append("/").append(name);
+      if (!is_directory(path)) remove_file(path);
     }
   }
 }

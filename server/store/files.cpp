@@ -90,6 +90,7 @@ std::vector<std::string> names_in(const std::string& directory) {
   if (!entries) fail(directory);
   std::vector<std::string> names;
   errno = 0;
+  // Safe for streams that are not shared. NOLINTNEXTLINE(concurrency-mt-unsafe)
   while (const dirent* entry = ::readdir(entries.get())) {
     std::string name = entry->d_name;
     if (name != "." && name != "..") names.push_back(std::move(name));

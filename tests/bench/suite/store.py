@@ -11,7 +11,7 @@ from pathlib import Path
 
 from suite.common import BIN, ROOT, print_table
 
-STORED, SECONDS, CONNECTIONS = 10_000, 10, 16
+STORED, SECONDS, CONNECTIONS = 10_000, 10, 8
 SCENE = {"camera": {"position": [0, 0, 5], "direction": [0, 0, -1], "vertical_fov": 40},
          "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
          "lights": [{"type": "point", "position": [3, 4, 5], "intensity": 1}]}
