@@ -5,12 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <fstream>
 #include <iterator>
-#include <optional>
 #include <stdexcept>
 #include <system_error>
 
@@ -20,13 +18,10 @@ namespace {
 
 constexpr auto look_interval = std::chrono::milliseconds(500);
 
-/// What changes when a file does.
-using Mark = std::array<std::int64_t, 4>;
-
-std::optional<Mark> mark_of(const std::string& path) {
+KeyRing::Mark mark_of(const std::string& path) {
   struct stat state {};
-  if (::stat(path.c_str(), &state) != 0) return std::nullopt;
-  return Mark{static_cast<std::int64_t>(state.st_ino), state.st_size, state.st_mtim.tv_sec, state.st_mtim.tv_nsec};
+  if (::stat(path.c_str(), &state) != 0) return {};
+  return {static_cast<std::int64_t>(state.st_ino), state.st_size, state.st_mtim.tv_sec, state.st_mtim.tv_nsec};
 }
 
 [[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
@@ -34,10 +29,11 @@ std::optional<Mark> mark_of(const std::string& path) {
 }  // namespace
 
 KeyRing::KeyRing(std::string path) : path_(std::move(path)) {
+  const Mark before = mark_of(path_);  // what changes after it is noticed
   auto keys = std::make_shared<Keys>();
   for (Key& key : parse_keys(read_keys(path_))) keys->emplace(key.id, std::make_shared<const Key>(key));
   keys_ = std::move(keys);
-  watcher_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
+  watcher_ = std::jthread([this, before](const std::stop_token& stop) { watch(stop, before); });
 }
 
 KeyRing::~KeyRing() = default;
@@ -66,15 +62,14 @@ void KeyRing::reload() {
   }
 }
 
-void KeyRing::watch(const std::stop_token& stop) {
-  std::optional<Mark> seen = mark_of(path_);
+void KeyRing::watch(const std::stop_token& stop, Mark seen) {
   while (true) {
     {
       std::unique_lock lock(mutex_);
       time_passes_.wait_for(lock, stop, look_interval, [] { return false; });
     }
     if (stop.stop_requested()) return;
-    const std::optional<Mark> mark = mark_of(path_);
+    const Mark mark = mark_of(path_);
     if (mark == seen) continue;
     seen = mark;
     reload();

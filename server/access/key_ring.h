@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <condition_variable>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -21,6 +23,9 @@ class KeyRing {
   KeyRing(const KeyRing&) = delete;
   KeyRing& operator=(const KeyRing&) = delete;
 
+  /// What changes when a file does: inode, size, time of change; zeros when there is none.
+  using Mark = std::array<std::int64_t, 4>;
+
   /// The key with this text; null when there is none.
   std::shared_ptr<const Key> find(std::string_view text) const;
   /// Reads the file now.
@@ -29,7 +34,7 @@ class KeyRing {
  private:
   using Keys = std::map<std::string, std::shared_ptr<const Key>, std::less<>>;  // by id
 
-  void watch(const std::stop_token& stop);
+  void watch(const std::stop_token& stop, Mark seen);
 
   const std::string path_;
   mutable std::mutex mutex_;
