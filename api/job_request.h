@@ -14,7 +14,9 @@ namespace penumbra::api {
 struct Limits {
   std::size_t max_body_bytes = 8u << 20;
   int max_json_depth = 64;
-  std::size_t max_json_values = 1'000'000;   // elements of arrays of numbers not counted
+  std::size_t max_json_values = 1'000'000;  // elements of arrays of numbers not counted
+  std::size_t max_string_bytes = 65'536;    // of each string
+  std::size_t max_lights = 10'000;
   std::size_t max_primitives = 100'000;      // objects other than mesh triangles, instances and groups included
   std::size_t max_polygon_vertices = 1'000;  // of each polygon
   std::size_t max_triangles = 2'000'000;     // of meshes, each shared mesh counted once

@@ -17,6 +17,7 @@ JsonBudget budget_of(const Limits& limits) {
   budget.max_bytes = limits.max_body_bytes;
   budget.max_depth = limits.max_json_depth;
   budget.max_values = limits.max_json_values;
+  budget.max_string_bytes = limits.max_string_bytes;
   return budget;
 }
 

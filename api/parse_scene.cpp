@@ -27,6 +27,10 @@ void check_size(const scene::Description& description, Members& members, const L
                                             " objects, groups and their members counted; it holds " +
                                             std::to_string(size.primitives));
   }
+  if (description.lights.size() > limits.max_lights) {
+    members.object().fail_at("lights", "must not hold more than " + std::to_string(limits.max_lights) +
+                                           " lights; it holds " + std::to_string(description.lights.size()));
+  }
   if (size.triangles > limits.max_triangles) {
     members.object().fail("must not have more than " + std::to_string(limits.max_triangles) +
                           " triangles in its meshes; it has " + std::to_string(size.triangles));

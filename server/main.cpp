@@ -12,7 +12,8 @@ int main(int argc, char** argv) {
   program.set_version_flag("--version", "penumbra " PENUMBRA_VERSION);
   program.require_subcommand(1);
   program.footer("Every flag has a twin in the environment: --max-body is PENUMBRA_MAX_BODY.");
-  const Command commands[] = {add_serve(program), add_render(program), add_validate(program), add_worker(program)};
+  const Command commands[] = {add_serve(program), add_render(program), add_validate(program), add_worker(program),
+                              add_key(program)};
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -3,41 +3,9 @@
 #include <algorithm>
 
 #include "engine/accel/queries.h"
-#include "engine/accel/tree.h"
-#include "engine/accel/wide_walk.h"
+#include "engine/accel/structure_search.h"
 
 namespace penumbra::accel {
-namespace {
-
-/// Calls at_triangle(index) and at_other(item) for what the shaft may meet, until one returns true; with `silhouettes`,
-/// without_silhouette() for what triangles it leaves out.
-template <class AtTriangle, class AtOther, class WithoutSilhouette>
-bool search(const Structure& structure, const Shaft& shaft, bool silhouettes, const AtTriangle& at_triangle,
-            const AtOther& at_other, const WithoutSilhouette& left_out) {
-  if (structure.wide) {
-    struct Visitor final : RegionVisitor {
-      Visitor(const AtTriangle& t, const AtOther& o, const WithoutSilhouette& w)
-          : at_triangle(t), at_other(o), left_out(w) {}
-      bool triangle(std::uint32_t index) override { return at_triangle(index); }
-      bool other(std::uint32_t item) override { return at_other(item); }
-      void without_silhouette() override { left_out(); }
-      const AtTriangle& at_triangle;
-      const AtOther& at_other;
-      const WithoutSilhouette& left_out;
-    } visitor(at_triangle, at_other, left_out);
-    if (!silhouettes || !structure.cones) return walk(*structure.wide, shaft.half_spaces(), nullptr, visitor);
-    const Silhouettes seen{*structure.cones, shaft.apex()};
-    return walk(*structure.wide, shaft.half_spaces(), &seen, visitor);
-  }
-  const Tree& tree = *structure.plain;
-  const auto misses = [&](const math::Bounds& box) { return shaft.misses(box); };
-  auto at_leaf = [&](const Tree::Node& leaf) {
-    return std::ranges::any_of(tree.triangles(leaf), at_triangle) || std::ranges::any_of(tree.others(leaf), at_other);
-  };
-  return !misses(tree.root().box) && visit(tree, tree.root(), misses, at_leaf);
-}
-
-}  // namespace
 
 class Candidates::Search {
  public:
@@ -48,19 +16,31 @@ class Candidates::Search {
     found.has_opaque_triangles_ = found.is_incomplete_ = found.is_dark_ = false;
   }
 
-  void collect(const Shaft& shaft) {
-    const auto add = [&](std::uint32_t item) { return add_item(shaft, item); };
-    if (std::ranges::any_of(world_.infinite_items, add)) return;
+  void collect(const Shaft& shaft, const CellContents* among) {
     const OwnedTriangles owned(world_);
-    search(
-        world_.structure, shaft, projection_ != nullptr,
-        [&](std::uint32_t index) {
-          return add_triangle(shaft, shaft, world_.structure, world_.triangles, index, owned, projection_, nullptr);
-        },
-        add, [&] { found_.has_opaque_triangles_ = true; });
+    const auto add = [&](std::uint32_t item) { return add_item(shaft, item); };
+    const auto add_own = [&](std::uint32_t index) {
+      return add_triangle(shaft, shaft, world_.triangles, index, owned, projection_, nullptr);
+    };
+    if (among != nullptr) {
+      std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_own);
+      return;
+    }
+    if (std::ranges::any_of(world_.infinite_items, add)) return;
+    search_structure(world_.structure, shaft, projection_ != nullptr, add_own, add);
   }
 
  private:
+  template <class AtTriangle, class AtOther>
+  bool search_structure(const Structure& structure, const Shaft& shaft, bool has_silhouettes,
+                        const AtTriangle& at_triangle, const AtOther& at_other) {
+    const auto left_out = [&] { found_.has_opaque_triangles_ = true; };
+    if (!has_silhouettes || !structure.cones)
+      return search(structure, shaft.half_spaces(), nullptr, at_triangle, at_other, left_out);
+    const Silhouettes silhouettes{*structure.cones, shaft.apex()};
+    return search(structure, shaft.half_spaces(), &silhouettes, at_triangle, at_other, left_out);
+  }
+
   /// True when the search is over.
   bool add(const Candidate& candidate) {
     if (found_.list_.size() == (projection_ == nullptr ? list_capacity : outline_capacity))
@@ -69,17 +49,17 @@ class Candidates::Search {
     return false;
   }
 
-  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const Structure& structure,
-                    const TriangleSet& triangles, std::uint32_t index, const OwnedTriangles& owned,
-                    const Projection* projection, const Placement* placement) {
+  bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
+                    const OwnedTriangles& owned, const Projection* projection, const Placement* placement) {
     const SurfaceId id = owned.surface(index);
     const bool is_opaque = world_.items[id.item].is_opaque;
     if (projection != nullptr && is_opaque) {
-      // A plain tree's leaves come unsifted.
-      if (!structure.wide && shaft.half_spaces().miss(triangles[index])) return false;
       return add_silhouette(shaft, triangles, index, owned, *projection);
     }
-    if (id == self_ || shaft.misses(triangles[index])) return false;
+    if (id == self_) return false;
+    if (projection == nullptr ? shaft.misses(triangles[index])
+                              : is_apart(projected(triangles, index, *projection), projection->is_infinite))
+      return false;
     Candidate candidate{id, is_opaque, true, triangles[index]};
     if (placement != nullptr) {
       const math::Affine& map = placement->local_to_world;
@@ -94,16 +74,12 @@ class Candidates::Search {
                       const OwnedTriangles& owned, const Projection& projection) {
     const SurfaceId id = owned.surface(index);
     const bool is_self = id == self_;
-    const auto projected = [&](std::uint32_t triangle) {
-      const auto& [a, b, c] = triangles.corners[triangle];
-      return std::array<Vec3, 3>{projection(triangles.positions[a]), projection(triangles.positions[b]),
-                                 projection(triangles.positions[c])};
-    };
     // Where a triangle's projection winds counter-clockwise, it lies left of its edges.
     const auto is_counter_clockwise = [](const std::array<Vec3, 3>& v) {
       return math::dot(math::cross(v[0], v[1]), v[2]) > 0;
     };
-    const std::array<Vec3, 3> v = projected(index);
+    const std::array<Vec3, 3> v = projected(triangles, index, projection);
+    if (is_apart(v, projection.is_infinite)) return false;
     if (!is_self) {
       if (!projection.is_infinite && std::max(v[0].z, std::max(v[1].z, v[2].z)) >= 1) {
         if (shaft.misses(triangles[index])) return false;
@@ -120,13 +96,37 @@ class Candidates::Search {
       int left = 0, right = 0;
       if (!is_self) ++(lies_left ? left : right);
       if (other != TriangleSet::no_neighbour && owned.surface(other) != self_)
-        ++(is_counter_clockwise(projected(other)) ? right : left);
+        ++(is_counter_clockwise(projected(triangles, other, projection)) ? right : left);
       if (left == right) continue;
       if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
       if (found_.silhouette_.size() == silhouette_capacity) return found_.is_incomplete_ = true;
       found_.silhouette_.push_back({from, to, right - left, {id, static_cast<std::uint32_t>(e)}});
     }
     return false;
+  }
+
+  static std::array<Vec3, 3> projected(const TriangleSet& triangles, std::uint32_t triangle,
+                                       const Projection& projection) {
+    const auto& [a, b, c] = triangles.corners[triangle];
+    return {projection(triangles.positions[a]), projection(triangles.positions[b]), projection(triangles.positions[c])};
+  }
+
+  /// Whether the triangle lies on the outer side of a line through the square, behind the apex or beyond the plane.
+  static bool is_apart(const std::array<Vec3, 3>& v, bool is_infinite) {
+    const auto all = [&](const auto& is_outside) { return is_outside(v[0]) && is_outside(v[1]) && is_outside(v[2]); };
+    return all([](const Vec3& p) { return p.x > p.z; }) || all([](const Vec3& p) { return -p.x > p.z; }) ||
+           all([](const Vec3& p) { return p.y > p.z; }) || all([](const Vec3& p) { return -p.y > p.z; }) ||
+           all([](const Vec3& p) { return p.z < 0; }) || (!is_infinite && all([](const Vec3& p) { return p.z > 1; }));
+  }
+
+  static bool is_apart(const geometry::SphereShape& sphere, const Projection& projection) {
+    const Vec3 c = projection(sphere.center);
+    const auto is_outside = [&](double height, const Vec3& normal) {
+      return height > 0 && height * height > sphere.radius * sphere.radius * math::dot(normal, normal);
+    };
+    const Vec3 &x = projection.x, &y = projection.y, &w = projection.w;
+    return is_outside(c.x - c.z, x - w) || is_outside(-c.x - c.z, x + w) || is_outside(c.y - c.z, y - w) ||
+           is_outside(-c.y - c.z, y + w) || is_outside(-c.z, w) || (!projection.is_infinite && is_outside(c.z - 1, w));
   }
 
   /// Whether the edge lies on the outer side of a line through the square |x|, |y| ≤ 1 (of homogeneous coordinates).
@@ -152,7 +152,8 @@ class Candidates::Search {
       if (item.kind == Kind::plane && shaft.misses(world_.planes[item.index])) return false;
       if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
       if (item.kind == Kind::sphere) {
-        if (shaft.misses(world_.spheres[item.index])) return false;
+        const geometry::SphereShape& sphere = world_.spheres[item.index];
+        if (projection_ == nullptr ? shaft.misses(sphere) : is_apart(sphere, *projection_)) return false;
         if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
           return found_.is_dark_ = true;
         return add({{id, 0}, item.is_opaque, false, {}});
@@ -166,12 +167,12 @@ class Candidates::Search {
                 const Placement* placement) {
     const MeshShape& mesh = world_.meshes[world_.items[id].index];
     const OwnedTriangles owned(world_, id);
-    return search(
+    return search_structure(
         mesh.structure, shaft, projection != nullptr && world_.items[id].is_opaque,
         [&](std::uint32_t index) {
-          return add_triangle(world_shaft, shaft, mesh.structure, mesh.triangles, index, owned, projection, placement);
+          return add_triangle(world_shaft, shaft, mesh.triangles, index, owned, projection, placement);
         },
-        [](std::uint32_t) { return false; }, [&] { found_.has_opaque_triangles_ = true; });
+        [](std::uint32_t) { return false; });
   }
 
   /// Seen from outside, the segments that cross a convex body end in a convex set: four corners inside it prove all.
@@ -193,13 +194,14 @@ class Candidates::Search {
 
 void Candidates::sort() { std::ranges::sort(list_, {}, &Candidate::surface); }
 
-void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self) {
-  Search(world, self, leaves_self, nullptr, *this).collect(shaft);
+void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
+                        const CellContents* among) {
+  Search(world, self, leaves_self, nullptr, *this).collect(shaft, among);
 }
 
 void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
-                                    const SurfaceId& self, bool leaves_self) {
-  Search(world, self, leaves_self, &projection, *this).collect(shaft);
+                                    const SurfaceId& self, bool leaves_self, const CellContents* among) {
+  Search(world, self, leaves_self, &projection, *this).collect(shaft, among);
 }
 
 }  // namespace penumbra::accel

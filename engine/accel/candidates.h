@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/accel/cell.h"
 #include "engine/accel/shaft.h"
 #include "engine/accel/world.h"
 
@@ -47,14 +48,17 @@ class Candidates {
  public:
   /// Finds every surface that a segment from the apex into the shaft's quadrilateral may cross, up to `list_capacity`.
   /// `self` is what the apex lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every
-  /// segment leaves it on its outer side, it cannot meet a convex shape again.
-  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self);
+  /// segment leaves it on its outer side, it cannot meet a convex shape again. With `among`, the contents of a cell
+  /// that holds the apex and of a target that holds the quadrilateral's samples: only what is listed there is looked
+  /// at.
+  void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
+              const CellContents* among = nullptr);
 
   /// As `gather`, but of opaque triangles only the silhouette: the edges in sight that do not lie between two triangles
   /// side by side. Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH
   /// 2005.
   void gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection, const SurfaceId& self,
-                          bool leaves_self);
+                          bool leaves_self, const CellContents* among = nullptr);
 
   std::span<const Candidate> list() const { return list_; }
   /// In the structure's order; edges beside the shaft may be among them.

@@ -32,6 +32,12 @@ void HalfSpaces::add_far(const Vec3& outward, double offset) {
   add(outward, offset);
 }
 
+void HalfSpaces::add_floor(const Vec3& up) {
+  add(-up, 0);
+  Side& side = sides_[static_cast<std::size_t>(count_ - 1)];
+  side.offset = -3 * side.slack;
+}
+
 bool HalfSpaces::is_apart(const Vec3& lower, const Vec3& upper) const {
   return lower.x > bounds_.upper.x || upper.x < bounds_.lower.x || lower.y > bounds_.upper.y ||
          upper.y < bounds_.lower.y || lower.z > bounds_.upper.z || upper.z < bounds_.lower.z;

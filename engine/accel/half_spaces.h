@@ -23,6 +23,9 @@ class HalfSpaces {
   void add(const Vec3& outward, double offset);
   /// As `add`; and what lies wholly before this plane is worth knowing (see FloatPlanes::far).
   void add_far(const Vec3& outward, double offset);
+  /// A plane through `base` that everything of interest rises above along `up`: what does not rise above it by more
+  /// than rounding is outside.
+  void add_floor(const Vec3& up);
 
   bool miss(const math::Bounds& box) const;
   bool miss(const geometry::TriangleVertices& triangle) const;

@@ -172,6 +172,21 @@ bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed
   return !find_opaque(world.structure, OwnedTriangles(world), world, prepared, ray.self, limit, crossed);
 }
 
+bool cross_transparent(const World& world, const CellContents& contents, const Ray& ray, double limit,
+                       Crossed& crossed) {
+  const PreparedRay prepared(ray.origin, ray.direction);
+  const OwnedTriangles owned(world);
+  for (const std::uint32_t triangle : contents.triangles()) {
+    if (!intersect(world.triangles[triangle], prepared, limit)) continue;
+    const std::uint32_t item = owned.item(triangle);
+    if (world.items[item].is_opaque) return false;
+    crossed.add(item);
+  }
+  return std::ranges::none_of(contents.others(), [&](std::uint32_t item) {
+    return cross_item(world, item, prepared, ray.self, limit, crossed);
+  });
+}
+
 int count_crossings(const World& world, std::uint32_t id, const Ray& ray, double limit) {
   const PreparedRay prepared(ray.origin, ray.direction);
   const Crossings found = world_crossings(world, world.items[id], prepared, self_part(ray.self, id));

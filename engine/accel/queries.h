@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/accel/cell.h"
 #include "engine/accel/world.h"
 #include "engine/geometry/ray.h"
 #include "engine/geometry/surface.h"
@@ -42,6 +43,10 @@ class Crossed {
 
 /// Finds every crossing with 0 < t < limit of transparent items; stops and returns false at the first opaque one.
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed);
+
+/// The same for a segment from a point of a cell to one of its target, whose contents are listed.
+bool cross_transparent(const World& world, const CellContents& contents, const Ray& ray, double limit,
+                       Crossed& crossed);
 
 /// How often the ray crosses `item` (a part of it, for a mesh) with 0 < t < limit.
 int count_crossings(const World& world, std::uint32_t item, const Ray& ray, double limit);

@@ -34,16 +34,19 @@ struct TrianglePlane {
 
 Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor)
     : apex_(apex), corners_(corners), floor_(floor), is_infinite_(is_infinite) {
+  for (std::size_t i = 0; i < 4; ++i) edges_[i] = is_infinite ? corners[i] : corners[i] - apex;
+}
+
+HalfSpaces Shaft::made_half_spaces() const {
   math::Bounds bounds;
-  bounds.include(apex);
-  double reach = taxicab(apex);
+  bounds.include(apex_);
+  double reach = taxicab(apex_);
   Vec3 middle;
   for (std::size_t i = 0; i < 4; ++i) {
-    edges_[i] = is_infinite ? corners[i] : corners[i] - apex;
     middle += edges_[i] * 0.25;
-    reach = std::max(reach, taxicab(corners[i]));
-    if (!is_infinite) {
-      bounds.include(corners[i]);
+    reach = std::max(reach, taxicab(corners_[i]));
+    if (!is_infinite_) {
+      bounds.include(corners_[i]);
       continue;
     }
     for (int axis = 0; axis < 3; ++axis) {
@@ -51,21 +54,22 @@ Shaft::Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infin
       if (edges_[i][axis] < 0) bounds.lower[axis] = -HUGE_VAL;
     }
   }
-  half_spaces_ = HalfSpaces(apex, reach, bounds);
+  HalfSpaces result(apex_, reach, bounds);
   for (std::size_t i = 0; i < 4; ++i) {
     const Vec3 outward = math::cross(edges_[i], edges_[(i + 1) % 4]);
-    half_spaces_.add(dot(outward, middle) > 0 ? -outward : outward, 0);
+    result.add(dot(outward, middle) > 0 ? -outward : outward, 0);
   }
   Vec3 forward = middle;
-  if (!is_infinite) {
-    forward = math::cross(corners[1] - corners[0], corners[3] - corners[0]);
+  if (!is_infinite_) {
+    forward = math::cross(corners_[1] - corners_[0], corners_[3] - corners_[0]);
     if (dot(forward, middle) < 0) forward = -forward;
     double farthest = 0;
     for (const Vec3& edge : edges_) farthest = std::max(farthest, dot(forward, edge));
-    half_spaces_.add_far(forward, farthest);
+    result.add_far(forward, farthest);
   }
-  half_spaces_.add(-forward, 0);
-  if (taxicab(floor) > 0) half_spaces_.add(-floor, 0);
+  result.add(-forward, 0);
+  if (taxicab(floor_) > 0) result.add_floor(floor_);
+  return result;
 }
 
 Shaft Shaft::in_space_of(const Placement& placement) const {
@@ -76,7 +80,7 @@ Shaft Shaft::in_space_of(const Placement& placement) const {
 }
 
 bool Shaft::misses(const geometry::TriangleVertices& triangle) const {
-  if (half_spaces_.miss(triangle)) return true;
+  if (half_spaces().miss(triangle)) return true;
   const Vec3 a = triangle.v0 - apex_;
   const TrianglePlane plane(triangle);
   const double magnitude = taxicab(apex_) + taxicab(triangle.v0);

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "engine/accel/half_spaces.h"
@@ -12,22 +13,26 @@ namespace penumbra::accel {
 
 /// The convex hull of a point and a planar convex quadrilateral seen from it, or the infinite pyramid through four
 /// directions. Tests are conservative: what they reject no segment from the apex into the quadrilateral can cross,
-/// rounding included.
+/// rounding included. Not to be shared between threads.
 class Shaft {
  public:
   /// `corners` in order around the quadrilateral: points, or directions when `is_infinite`. `floor`, if not zero, is
-  /// the normal of a plane through the apex that all corners are above.
+  /// the normal of a plane through the apex: only segments that rise above it matter.
   Shaft(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor = {});
 
-  bool misses(const math::Bounds& box) const { return half_spaces_.miss(box); }
+  bool misses(const math::Bounds& box) const { return half_spaces().miss(box); }
   bool misses(const geometry::TriangleVertices& triangle) const;
-  bool misses(const geometry::SphereShape& sphere) const { return half_spaces_.miss(sphere); }
+  bool misses(const geometry::SphereShape& sphere) const { return half_spaces().miss(sphere); }
   bool misses(const geometry::PlaneShape& plane) const;
   bool misses(const geometry::TubeShape& tube) const;
   /// Every segment from the apex into the quadrilateral crosses the triangle.
   bool is_covered_by(const geometry::TriangleVertices& triangle) const;
 
-  const HalfSpaces& half_spaces() const { return half_spaces_; }
+  /// Made when first asked for.
+  const HalfSpaces& half_spaces() const {
+    if (!half_spaces_) half_spaces_ = made_half_spaces();
+    return *half_spaces_;
+  }
 
   Shaft in_space_of(const Placement& placement) const;
   const Vec3& apex() const { return apex_; }
@@ -36,11 +41,13 @@ class Shaft {
   bool is_infinite() const { return is_infinite_; }
 
  private:
+  HalfSpaces made_half_spaces() const;
+
   Vec3 apex_;
   std::array<Vec3, 4> corners_, edges_;
   Vec3 floor_;
   bool is_infinite_;
-  HalfSpaces half_spaces_;
+  mutable std::optional<HalfSpaces> half_spaces_;
 };
 
 }  // namespace penumbra::accel

@@ -1,5 +1,7 @@
 #include "engine/render/camera.h"
 
+#include <algorithm>
+
 #include "engine/math/elementary.h"
 
 namespace penumbra::render {
@@ -25,6 +27,11 @@ Camera::Camera(const scene::Camera& camera, int width, int height)
     plane_width_ = plane_height_ * image_width_ / image_height_;
   }
   if (camera.lens) aperture_radius_ = camera.lens->aperture_radius, focus_distance_ = camera.lens->focus_distance;
+}
+
+shading::PixelWidth Camera::pixel_width() const {
+  const double width = std::max(plane_width_ / image_width_, plane_height_ / image_height_);
+  return is_orthographic_ ? shading::PixelWidth{width, 0} : shading::PixelWidth{0, width / plane_distance_};
 }
 
 geometry::Ray Camera::ray(double x, double y, const sampling::Point2& lens) const {

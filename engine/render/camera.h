@@ -2,6 +2,7 @@
 #include "engine/geometry/ray.h"
 #include "engine/sampling/patterns.h"
 #include "engine/scene/camera.h"
+#include "engine/shading/integrator.h"
 
 namespace penumbra::render {
 
@@ -13,6 +14,7 @@ class Camera {
   /// Through the image position (x, y) in pixels from the top left corner – the first pixel's centre is (½, ½) – and
   /// the point `lens` of the unit disc. The direction is unit.
   geometry::Ray ray(double x, double y, const sampling::Point2& lens) const;
+  shading::PixelWidth pixel_width() const;
   bool has_lens() const { return aperture_radius_ > 0; }
 
  private:

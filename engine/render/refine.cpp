@@ -42,13 +42,13 @@ std::vector<Pass> plan_passes(const scene::Options& options) {
 }
 
 PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options,
-                           const Pass& pass, bool use_candidates)
+                           const Pass& pass, const shading::Switches& switches)
     : scene_(scene),
       camera_(camera),
       options_(options),
       stride_(pass.stride),
       samples_per_pixel_(pass.samples_per_pixel),
-      use_candidates_(use_candidates) {
+      switches_(switches) {
   if (options.target_error) {
     for (int count = int{first_refinement}; count < pass.shadow_samples; count *= 4) samplings_.emplace_back(count);
   }
@@ -56,7 +56,7 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
 }
 
 shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_stopped) const {
-  return {scene_, {options_.max_depth, options_.min_contribution, use_candidates_}, is_stopped};
+  return {scene_, {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches_}, is_stopped};
 }
 
 PixelSampler::Pixel PixelSampler::sample(int column, int row, shading::Integrator& integrator) const {

@@ -22,7 +22,7 @@ std::vector<Pass> plan_passes(const scene::Options& options);
 class PixelSampler {
  public:
   PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options, const Pass& pass,
-               bool use_candidates);
+               const shading::Switches& switches);
 
   struct Pixel {
     math::Color color;
@@ -54,7 +54,7 @@ class PixelSampler {
   const Camera& camera_;
   scene::Options options_;
   int stride_, samples_per_pixel_;
-  bool use_candidates_;
+  shading::Switches switches_;
   std::vector<shading::DiscSampling> samplings_;  // ascending counts; the last is the cap
 };
 

@@ -93,7 +93,7 @@ std::optional<Picture> render(const scene::Description& description, const scene
   for (const Pass& pass : passes) {
     canvas = std::make_shared<Canvas>(options.width, options.height, canvas);
     control.attach(canvas, work_total);
-    const PixelSampler sampler(compiled.scene, camera, options, pass, switches.shadow_candidates);
+    const PixelSampler sampler(compiled.scene, camera, options, pass, switches);
     // The first pass is cheap and must cover the picture; only later ones give way to the budget.
     const bool is_first = &pass == &passes.front();
     const std::function<bool()> is_stopped = [&] { return control.is_canceled() || (!is_first && is_out_of_time()); };

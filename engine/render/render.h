@@ -7,6 +7,7 @@
 #include "engine/render/stats.h"
 #include "engine/scene/description.h"
 #include "engine/scene/options.h"
+#include "engine/shading/switches.h"
 
 namespace penumbra::render {
 
@@ -16,9 +17,8 @@ struct Picture {
 };
 
 /// Parts of the renderer that only save time. Each may be switched off: the image stays the same.
-struct Switches {
-  bool shadow_candidates = true;  // one cone query per (point, light) instead of a ray per sample
-  bool merge_lights = true;       // equal lights are evaluated once
+struct Switches : shading::Switches {
+  bool merge_lights = true;  // equal lights are evaluated once
 };
 
 /// The whole way from a description to linear floats: compiles the scene, traces it on `pool` and reports through

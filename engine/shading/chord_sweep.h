@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,7 @@ class ChordSweep {
   sampling::Halves integrate(std::span<const DiscCover> covers, std::span<const accel::SilhouetteEdge> silhouette,
                              bool has_triangles, const sampling::DiscChords& chords, double turn, double shift,
                              const Probe& probe);
-  /// Nothing last integrated has an edge in the disc: the mean is exact.
+  /// Nothing last integrated has an edge in the disc: the mean is exact, though rounded.
   bool is_certain() const { return is_certain_; }
 
  private:
@@ -66,6 +67,8 @@ class ChordSweep {
     double x = 0, y = 0, length = 0;
   };
 
+  /// What gets through everywhere, if no cover has an edge in the disc.
+  static std::optional<Color> uniform(std::span<const DiscCover> covers);
   void clip(std::span<const accel::SilhouetteEdge> silhouette);
   Frame choose_frame(std::span<const DiscCover> covers, double turn) const;
   void place_chords(const sampling::DiscChords& chords, double shift);

@@ -46,20 +46,17 @@ std::optional<Vec3> refracted(const Vec3& v, const Vec3& n, double ratio) {
 }  // namespace
 
 Integrator::Integrator(const Scene& scene, const IntegratorSettings& settings, const std::function<bool()>& is_canceled)
-    : scene_(scene),
-      settings_(settings),
-      is_canceled_(is_canceled),
-      shadows_(scene, settings.use_candidates, counters_) {}
+    : scene_(scene), settings_(settings), is_canceled_(is_canceled), shadows_(scene, settings_.switches, counters_) {}
 
 Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key) {
   sampling_ = &sampling;
   variance_ = {};
   ++counters_.camera;
-  const Color value = radiance(ray, 0, math::white, key);
+  const Color value = radiance(ray, {}, key);
   return {value, variance_};
 }
 
-Color Integrator::radiance(const geometry::Ray& ray, int depth, const Color& weight, const sampling::Key& key) {
+Color Integrator::radiance(const geometry::Ray& ray, const Path& path, const sampling::Key& key) {
   if (is_canceled_()) return math::black;
   const std::optional<accel::Hit> hit = accel::closest_hit(scene_.world, ray);
   if (!hit) return scene_.background;
@@ -69,32 +66,37 @@ Color Integrator::radiance(const geometry::Ray& ray, int depth, const Color& wei
   at.material = &scene_.materials[scene_.item_material[hit->surface.item]];
   at.view = ray.direction;
   at.facing = dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
+  const Path here{path.depth, path.distance + hit->t, path.weight};
+  at.footprint = settings_.pixel_width.at_camera + settings_.pixel_width.per_distance * here.distance;
 
   Color result = at.material->emission;
-  if (depth == 0) result += scene_.ambient * at.material->ambient;
-  if (at.material->is_lit) result += direct(at, weight, key);
-  if (depth < settings_.max_depth) result += secondary(at, depth, weight, key);
+  if (path.depth == 0) result += scene_.ambient * at.material->ambient;
+  if (at.material->is_lit) result += direct(at, path.weight, key);
+  if (path.depth < settings_.max_depth) result += secondary(at, here, key);
   return result;
 }
 
 Color Integrator::direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key) {
   Color sum;
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
-    sum += std::visit([&](const auto& light) { return lit_by(light, at, weight, key.at(first_light + i)); },
-                      scene_.lights[i]);
+    sum += std::visit(
+        [&](const auto& light) {
+          return lit_by(light, at, weight, {i, key.at(first_light + i)});
+        },
+        scene_.lights[i]);
   }
   return sum;
 }
 
 Color Integrator::visible(const Color& share, const Visibility& visibility, const Color& weight) {
+  if (visibility.is_certain) return filtered(share, visibility.mean);
   const Color scale = filtered(filtered(share, weight), filtered(share, weight));
   variance_.measured += filtered(scale, visibility.variance.measured);
   variance_.modelled += filtered(scale, visibility.variance.modelled);
   return filtered(share, visibility.mean);
 }
 
-Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight,
-                         const sampling::Key& key) {
+Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place) {
   const Vec3 towards = light.position - at.surface.position;
   if (!is_on_viewers_side(at, towards)) return ++counters_.lights_facing_away, math::black;
   const double distance = math::length(towards);
@@ -110,22 +112,26 @@ Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const C
                          light.attenuation.quadratic * distance * distance;
   const Color share = filtered(light.intensity * (1 / std::max(divisor, 1e-300)), lobe);
   if (math::is_black(share)) return ++counters_.lights_without_effect, math::black;
+  shadows_.aim(at, place.index, {light.position, light.radius});
   if (light.radius == 0) return filtered(share, shadows_.transmittance(at, towards, 1));
   const math::Frame frame = math::frame_around(l);
-  return visible(share, shadows_.disc(at, towards, frame.u * light.radius, frame.v * light.radius, 1, *sampling_, key),
+  return visible(share,
+                 shadows_.disc(at, towards, frame.u * light.radius, frame.v * light.radius, 1, *sampling_, place.key),
                  weight);
 }
 
 Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight,
-                         const sampling::Key& key) {
+                         const LightPlace& place) {
   const Vec3 towards = -light.direction;
   if (!is_on_viewers_side(at, towards)) return ++counters_.lights_facing_away, math::black;
   const Color share = filtered(light.intensity, phong(at, light.direction));
   if (math::is_black(share)) return ++counters_.lights_without_effect, math::black;
+  shadows_.aim(at, place.index, {towards, light.tangent, true});
   if (light.tangent == 0) return filtered(share, shadows_.transmittance(at, towards, HUGE_VAL));
   const math::Frame frame = math::frame_around(towards);
   return visible(
-      share, shadows_.disc(at, towards, frame.u * light.tangent, frame.v * light.tangent, HUGE_VAL, *sampling_, key),
+      share,
+      shadows_.disc(at, towards, frame.u * light.tangent, frame.v * light.tangent, HUGE_VAL, *sampling_, place.key),
       weight);
 }
 
@@ -155,7 +161,7 @@ Color Integrator::averaged_area_light(const SampleFunction& sample, std::uint32_
 }
 
 Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight,
-                         const sampling::Key& key) {
+                         const LightPlace& place) {
   const Vec3 corner = light.corner - at.surface.position;
   const double height = -dot(light.normal, corner);
   if (!(height > 0)) return ++counters_.lights_facing_away, math::black;
@@ -164,6 +170,10 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   if (std::none_of(corners.begin(), corners.end(), [&](const Vec3& c) { return is_on_viewers_side(at, c); }))
     return ++counters_.lights_facing_away, math::black;
 
+  const Vec3 diagonal = (light.edge_u + light.edge_v) * 0.5;
+  const double half_width =
+      std::max(math::length(diagonal), math::length(light.edge_u - light.edge_v) * 0.5) * (1 + math::gamma(64));
+  shadows_.aim(at, place.index, {light.corner + diagonal, half_width});
   const Shadows::Verdict verdict = shadows_.classify(at, corners, false);
   const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
   if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
@@ -180,7 +190,7 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   const Vec3 lifted = light.normal * (math::gamma(32) * dot(math::abs(light.normal),
                                                             math::abs(light.corner) + math::abs(at.surface.position)));
   const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
-    const sampling::Point2 square = sampling::sobol_owen(i, key);
+    const sampling::Point2 square = sampling::sobol_owen(i, place.key);
     const Vec3 towards =
         (seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y) + lifted;
     if (!is_on_viewers_side(at, towards)) return math::black;
@@ -197,11 +207,12 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
 }
 
 Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight,
-                         const sampling::Key& key) {
+                         const LightPlace& place) {
   const Vec3 axis = light.center - at.surface.position;
   if (!(dot(at.facing, axis) > -light.radius)) return ++counters_.lights_facing_away, math::black;
   const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
   const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
+  shadows_.aim(at, place.index, {light.center, light.radius});
   Shadows::Verdict verdict = Shadows::Verdict::unknown;
   if (cone) {
     // All samples lie in the tangent cone, between the plane that touches the sphere and the one of the tangent circle.
@@ -227,7 +238,7 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
     if (math::is_black(at.material->specular)) return exact;
   }
   const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
-    const sampling::Point2 square = sampling::sobol_owen(i, key);
+    const sampling::Point2 square = sampling::sobol_owen(i, place.key);
     Vec3 towards;
     if (cone) {
       towards = point_in_cone(*cone, square);
@@ -254,7 +265,7 @@ Color Integrator::exact_diffuse(const ShadingPoint& at, const Color& radiance, d
   return filtered(radiance, at.material->diffuse * (projected_solid_angle / math::pi));
 }
 
-Color Integrator::secondary(const ShadingPoint& at, int depth, const Color& weight, const sampling::Key& key) {
+Color Integrator::secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key) {
   const CompiledMaterial& material = *at.material;
   Color reflection = material.reflection, transmission = material.transmission;
   const Vec3 &n = at.surface.shading_normal, &v = at.view;
@@ -269,16 +280,16 @@ Color Integrator::secondary(const ShadingPoint& at, int depth, const Color& weig
     }
   }
   Color result;
-  const auto follow = [&](const Color& factor, const Vec3& direction, std::uint64_t path, std::uint64_t& counter) {
-    const Color path_weight = weight * factor;
+  const auto follow = [&](const Color& factor, const Vec3& direction, std::uint64_t which, std::uint64_t& counter) {
+    const Color weight = path.weight * factor;
     if (math::is_black(factor)) return;
-    if (math::max_channel(path_weight) < settings_.min_contribution) {
+    if (math::max_channel(weight) < settings_.min_contribution) {
       ++counters_.negligible_rays;
       return;
     }
     ++counter;
     const geometry::Ray ray{leave_surface(at.surface, direction), direction, at.id};
-    result += filtered(factor, radiance(ray, depth + 1, path_weight, key.at(path)));
+    result += filtered(factor, radiance(ray, {path.depth + 1, path.distance, weight}, key.at(which)));
   };
   follow(reflection, math::normalize(v - n * (2 * dot(v, n))), reflected_path, counters_.reflection);
   if (through) follow(transmission, *through, transmitted_path, counters_.transmission);

@@ -8,10 +8,16 @@
 
 namespace penumbra::shading {
 
+/// How wide a pixel is, in units of the scene, after a way of `distance`: at_camera + per_distance·distance.
+struct PixelWidth {
+  double at_camera = 0, per_distance = 0;
+};
+
 struct IntegratorSettings {
   int max_depth = 10;
   double min_contribution = 0.001;
-  bool use_candidates = true;
+  PixelWidth pixel_width;
+  Switches switches;
 };
 
 /// What a camera ray sees: section 2 of the contract, evaluated recursively. One per thread.
@@ -30,13 +36,24 @@ class Integrator {
   const Counters& counters() const { return counters_; }
 
  private:
-  Color radiance(const geometry::Ray& ray, int depth, const Color& weight, const sampling::Key& key);
+  /// Where on a path a ray starts: how many surfaces and how far from the camera, and what share of its light arrives.
+  struct Path {
+    int depth = 0;
+    double distance = 0;
+    Color weight = math::white;
+  };
+  /// A light of the scene: its index, and the key of its samples.
+  struct LightPlace {
+    std::size_t index;
+    sampling::Key key;
+  };
+  Color radiance(const geometry::Ray& ray, const Path& path, const sampling::Key& key);
   Color direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key);
-  Color lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
-  Color lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
-  Color lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
-  Color lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight, const sampling::Key& key);
-  Color secondary(const ShadingPoint& at, int depth, const Color& weight, const sampling::Key& key);
+  Color lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);
+  Color lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);
+  Color lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);
+  Color lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);
+  Color secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key);
   /// `share` × the light through a visibility; accounts for its variance.
   Color visible(const Color& share, const Visibility& visibility, const Color& weight);
   /// Diffuse light from an area light that nothing hides, in closed form.

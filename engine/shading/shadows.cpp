@@ -20,7 +20,7 @@ Visibility with_variance(const sampling::Halves& halves, sampling::Halves::Order
     const double s = std::clamp(share, least, 1 - least);
     return constant * s * (1 - s) / count_to_the_power;
   };
-  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}};
+  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}, false};
 }
 
 /// Whether all corners are above the horizon for certain.
@@ -42,26 +42,45 @@ Color Shadows::through_items(const std::vector<std::uint32_t>& items) const {
   return product;
 }
 
+void Shadows::aim(const ShadingPoint& at, std::size_t light, const accel::Target& target) {
+  cell_ = switches_.light_cells ? cells_.find(at, light, target) : nullptr;
+}
+
+bool Shadows::cross(const ShadingPoint& at, const Vec3& towards, double limit) {
+  crossed_.clear();
+  const geometry::Ray ray{leave_surface(at.surface, towards), towards, at.id};
+  if (listed() == nullptr) {
+    ++counters_.shadow;
+    return accel::cross_transparent(scene_.world, ray, limit, crossed_);
+  }
+  ++counters_.shadow_rays_listed;
+  return accel::cross_transparent(scene_.world, *cell_, ray, limit, crossed_);
+}
+
 Color Shadows::transmittance(const ShadingPoint& at, const Vec3& towards, double limit) {
   const bool is_behind = dot(at.facing, towards) < 0;
   if (is_behind && !at.material->transmits) return math::black;
-  ++counters_.shadow;
-  crossed_.clear();
-  if (!accel::cross_transparent(scene_.world, {leave_surface(at.surface, towards), towards, at.id}, limit, crossed_))
-    return math::black;
+  if (!is_behind && (shared() == Shared::lit || shared() == Shared::dark)) {
+    ++(shared() == Shared::lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark);
+    return shared() == Shared::lit ? math::white : math::black;
+  }
+  if (!cross(at, towards, limit)) return math::black;
   const Color product = through_items(crossed_.sorted());
   return is_behind ? product * own_surface(at) : product;
 }
 
 Shadows::Verdict Shadows::classify(const ShadingPoint& at, const std::array<Vec3, 4>& corners, bool is_infinite) {
-  if (!use_candidates_) return Verdict::unknown;
+  if (!switches_.shadow_candidates) return Verdict::unknown;
+  if (shared() == Shared::lit) return Verdict::lit;
+  if (shared() == Shared::dark) return Verdict::dark;
   const Vec3 middle = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
   const Vec3 apex = leave_surface(at.surface, dot(at.facing, middle) < 0 ? -at.facing : at.facing);
   std::array<Vec3, 4> targets = corners;
   if (!is_infinite) {
     for (Vec3& corner : targets) corner += at.surface.position;
   }
-  candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id, leaves_on_outer_side(at, corners));
+  candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id, leaves_on_outer_side(at, corners),
+                     listed());
   if (candidates_.is_dark()) return Verdict::dark;
   if (candidates_.is_incomplete()) return Verdict::unknown;
   return candidates_.list().empty() ? Verdict::lit : Verdict::listed;
@@ -93,29 +112,28 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
                          const DiscSampling& sampling, const sampling::Key& key) {
   const auto count = static_cast<std::uint64_t>(sampling.spiral.count());
   const double fu = dot(at.facing, u), fv = dot(at.facing, v);
-  const bool is_above_horizon = dot(at.facing, axis) > std::sqrt(fu * fu + fv * fv);
-  const auto is_seen = [&](double x, double y) {
-    const Vec3 towards = axis + u * x + v * y;
-    ++counters_.shadow;
-    crossed_.clear();
-    return accel::cross_transparent(scene_.world, {leave_surface(at.surface, towards), towards, at.id}, limit,
-                                    crossed_);
-  };
-  if (use_candidates_) {
+  const double height = dot(at.facing, axis) - std::sqrt(fu * fu + fv * fv);
+  const bool is_above_horizon = height > math::gamma(64) * math::length(axis);
+  const auto is_seen = [&](double x, double y) { return cross(at, axis + u * x + v * y, limit); };
+  if (shared() == Shared::lit || shared() == Shared::dark) {
+    (shared() == Shared::lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
+    return {shared() == Shared::lit ? math::white : math::black, {}, true};
+  }
+  if (switches_.shadow_candidates) {
     const Vec3 from = leave_surface(at.surface, at.facing);
     const bool is_infinite = limit == HUGE_VAL;
     const DiscView view{from, is_infinite ? axis : axis - (from - at.surface.position), u, v, is_infinite};
-    gather(at, view);
+    gather(at, view, is_above_horizon);
     if (candidates_.is_dark()) {
       counters_.shadow_rays_dark += count;
-      return {math::black, {}};
+      return {math::black, {}, true};
     }
     if (candidates_.list().empty() && candidates_.silhouette().empty() && !candidates_.is_incomplete() &&
         is_above_horizon) {
       // Whatever triangles there are, one ray tells for all.
       const bool is_lit = !candidates_.has_opaque_triangles() || is_seen(0, 0);
       (is_lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
-      return {is_lit ? math::white : math::black, {}};
+      return {is_lit ? math::white : math::black, {}, true};
     }
     if (!candidates_.is_incomplete() && find_covers(at, view, !is_above_horizon)) {
       const double chords = sampling.chords.count();
@@ -124,7 +142,7 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
                            key.uniform(0), key.uniform(1), is_seen);
       if (sweep_.is_certain()) {
         (halves.mean().r > 0 ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
-        return {halves.mean(), {}};
+        return {halves.mean(), {}, true};
       }
       counters_.shadow_rays_covered += count;
       return with_variance(halves, sampling::Halves::chords(sampling.chords.count()), chord_variance, chords,
@@ -141,11 +159,10 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
   return with_variance(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
 }
 
-void Shadows::gather(const ShadingPoint& at, const DiscView& view) {
+void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above_horizon) {
   const Vec3 &axis = view.axis, &u = view.u, &v = view.v;
   std::array<Vec3, 4> corners{axis - u - v, axis + u - v, axis + u + v, axis - u + v};
   const bool leaves_self = leaves_on_outer_side(at, corners);
-  const bool is_above = is_well_above(at.facing, corners);
   if (!view.is_infinite) {
     for (Vec3& corner : corners) corner += view.from;
   }
@@ -153,8 +170,8 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view) {
   const double volume = 1 / dot(axis, math::cross(u, v));
   const accel::Projection projection{view.from, math::cross(v, axis) * volume, math::cross(axis, u) * volume,
                                      math::cross(u, v) * volume, view.is_infinite};
-  const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above ? at.facing : Vec3{});
-  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self);
+  const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above_horizon ? at.facing : Vec3{});
+  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, listed());
 }
 
 bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {

@@ -6,23 +6,16 @@
 
 #include "engine/accel/candidates.h"
 #include "engine/accel/queries.h"
-#include "engine/geometry/surface.h"
 #include "engine/sampling/patterns.h"
 #include "engine/shading/chord_sweep.h"
 #include "engine/shading/counters.h"
 #include "engine/shading/disc_cover.h"
+#include "engine/shading/light_cells.h"
 #include "engine/shading/scene.h"
+#include "engine/shading/shading_point.h"
+#include "engine/shading/switches.h"
 
 namespace penumbra::shading {
-
-/// A lit point: the surface, what it belongs to, and the viewer's side.
-struct ShadingPoint {
-  geometry::SurfacePoint surface;
-  geometry::SurfaceId id;
-  const CompiledMaterial* material = nullptr;
-  Vec3 view;    // unit, the direction of the ray that came here
-  Vec3 facing;  // the geometric normal, unit, on the viewer's side
-};
 
 /// The variance of a mean, per channel, found in two ways. `measured` (see sampling::Halves) is right on average over
 /// many means but may be small by chance; `modelled` is the typical variance of a mean like this: to stop at, no single
@@ -35,6 +28,7 @@ struct Variance {
 struct Visibility {
   Color mean = math::white;
   Variance variance;
+  bool is_certain = false;  // exact: without variance
 };
 
 /// The error of a covered share s from N well-spread samples: its variance is about c·s(1 − s)·N^−1.5, with c measured
@@ -56,9 +50,13 @@ struct DiscSampling {
 /// Answers how much of a light a point sees. Holds scratch space: one per thread.
 class Shadows {
  public:
-  /// With `use_candidates` one query of the light's whole cone replaces most rays. All arguments outlive this object.
-  Shadows(const Scene& scene, bool use_candidates, Counters& counters)
-      : scene_(scene), use_candidates_(use_candidates), counters_(counters) {}
+  /// All arguments outlive this object.
+  Shadows(const Scene& scene, const Switches& switches, Counters& counters)
+      : scene_(scene), switches_(switches), counters_(counters), cells_(scene.world) {}
+
+  /// To be called before any of the others: what is asked next is about this point and the light that `light` names,
+  /// which lies inside `target`.
+  void aim(const ShadingPoint& at, std::size_t light, const accel::Target& target);
 
   /// Product of the transmission of every surface on the segment from the point to point + `towards` (or, with `limit`
   /// infinite, on the ray). A segment to the far side of the point's own surface crosses that surface.
@@ -76,16 +74,24 @@ class Shadows {
   Color transmittance_of_sample(Verdict verdict, const ShadingPoint& at, const Vec3& towards, double limit);
 
  private:
+  using Shared = accel::CellContents::Verdict;
+  Shared shared() const { return cell_ == nullptr ? Shared::unknown : cell_->verdict(); }
+  /// What is listed for the cell, if something is.
+  const accel::CellContents* listed() const { return shared() == Shared::listed ? cell_ : nullptr; }
+  /// Fills crossed_ with the transparent items between the point and point + `towards`; false if one is opaque.
+  bool cross(const ShadingPoint& at, const Vec3& towards, double limit);
   Color through_items(const std::vector<std::uint32_t>& items) const;
   Color own_surface(const ShadingPoint& at) const { return at.material->transmission; }
   /// Finds what may hide some of the disc.
-  void gather(const ShadingPoint& at, const DiscView& view);
+  void gather(const ShadingPoint& at, const DiscView& view, bool is_above_horizon);
   /// Fills covers_ from the candidates; false when one of them has no simple cover.
   bool find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon);
 
   const Scene& scene_;
-  bool use_candidates_;
+  const Switches& switches_;
   Counters& counters_;
+  LightCells cells_;
+  const accel::CellContents* cell_ = nullptr;  // of the point and light aimed at
   accel::Crossed crossed_;
   accel::Candidates candidates_;
   std::vector<DiscCover> covers_;

@@ -20,5 +20,6 @@ Command add_serve(CLI::App& program);
 Command add_render(CLI::App& program);
 Command add_validate(CLI::App& program);
 Command add_worker(CLI::App& program);
+Command add_key(CLI::App& program);
 
 }  // namespace penumbra::cli

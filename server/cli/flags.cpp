@@ -20,7 +20,9 @@ void add_limit_flags(CLI::App& command, api::Limits& limits) {
   add_bytes("--max-body", limits.max_body_bytes, "Largest body; 8M means 8 * 2^20");
   add("--max-json-depth", limits.max_json_depth, "Deepest nesting");
   add("--max-json-values", limits.max_json_values, "Most JSON values, elements of number arrays aside");
+  add_bytes("--max-string", limits.max_string_bytes, "Longest JSON string");
   add("--max-primitives", limits.max_primitives, "Most objects");
+  add("--max-lights", limits.max_lights, "Most lights");
   add("--max-polygon-vertices", limits.max_polygon_vertices, "Most vertices of a polygon");
   add("--max-triangles", limits.max_triangles, "Most triangles of meshes");
   add("--max-edge-pixels", limits.max_edge_pixels, "Largest width and height");

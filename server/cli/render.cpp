@@ -63,6 +63,7 @@ render::Switches switches_without(const std::vector<std::string>& names) {
   render::Switches switches;
   for (const std::string& name : names) {
     if (name == "shadow-candidates") switches.shadow_candidates = false;
+    if (name == "light-cells") switches.light_cells = false;
     if (name == "merge-lights") switches.merge_lights = false;
   }
   return switches;
@@ -126,7 +127,7 @@ Command add_render(CLI::App& program) {
       ->type_name("FILE");
   add_threads_flag(*command, settings->threads);
   command->add_option("--without", settings->without, "A part of the renderer to do without, for diagnosis; repeatable")
-      ->check(CLI::IsMember({"shadow-candidates", "merge-lights"}))
+      ->check(CLI::IsMember({"shadow-candidates", "light-cells", "merge-lights"}))
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->delimiter(' ');

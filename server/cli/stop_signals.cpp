@@ -14,22 +14,25 @@
 
 namespace penumbra::cli {
 
-StopSignals::StopSignals(std::function<void()> on_stop) {
+StopSignals::StopSignals(std::function<void()> on_stop, std::function<void()> on_hang_up) {
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
+  if (on_hang_up) sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal_descriptor_ = signalfd(-1, &signals, SFD_CLOEXEC);
   end_descriptor_ = eventfd(0, EFD_CLOEXEC);
   if (signal_descriptor_ < 0 || end_descriptor_ < 0)
     throw std::system_error(errno, std::generic_category(), "cannot watch for signals");
-  watcher_ = std::jthread([this, signals, on_stop = std::move(on_stop)] {
+  watcher_ = std::jthread([this, signals, on_stop = std::move(on_stop), on_hang_up = std::move(on_hang_up)] {
     std::array<pollfd, 2> watched{pollfd{signal_descriptor_, POLLIN, 0}, pollfd{end_descriptor_, POLLIN, 0}};
-    while (::poll(watched.data(), watched.size(), -1) < 0 && errno == EINTR) continue;
-    if (watched[0].revents == 0) return;
     signalfd_siginfo info;
-    if (::read(signal_descriptor_, &info, sizeof info) < 0) return;
+    do {
+      while (::poll(watched.data(), watched.size(), -1) < 0 && errno == EINTR) continue;
+      if (watched[0].revents == 0 || ::read(signal_descriptor_, &info, sizeof info) < 0) return;
+      if (info.ssi_signo == SIGHUP) on_hang_up();
+    } while (info.ssi_signo == SIGHUP);
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     on_stop();
     // Stays, for this is the thread that the second signal comes to.

@@ -4,11 +4,12 @@
 
 namespace penumbra::cli {
 
-/// Calls a function at the first SIGINT or SIGTERM, in a thread of its own; the second ends the process. Must be made
-/// before any other thread, for they inherit that the signals are blocked.
+/// Calls a function at the first SIGINT or SIGTERM, in a thread of its own; the second ends the process. Another
+/// function, where there is one, is called at every SIGHUP before. Must be made before any other thread, for they
+/// inherit that the signals are blocked.
 class StopSignals {
  public:
-  explicit StopSignals(std::function<void()> on_stop);
+  explicit StopSignals(std::function<void()> on_stop, std::function<void()> on_hang_up = nullptr);
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;

@@ -53,11 +53,13 @@ void put(const Response& from, httplib::Response& to) {
   std::visit([&](const auto& body) { put_body(body, from.media_type, to); }, from.body);
 }
 
-std::string closing_text(const Response& response) {
+std::string closing_text(const Response& response, const Fields& more) {
   const std::string& body = std::get<std::string>(response.body);
   std::string text =
       "HTTP/1.1 " + std::to_string(response.status) + " \r\nConnection: close\r\nDate: " + http_date() + "\r\n";
-  for (const auto& [name, value] : response.headers) text.append(name).append(": ").append(value).append("\r\n");
+  for (const Fields& fields : {response.headers, more}) {
+    for (const auto& [name, value] : fields) text.append(name).append(": ").append(value).append("\r\n");
+  }
   return text + "Content-Type: " + response.media_type + "\r\nContent-Length: " + std::to_string(body.size()) +
          "\r\n\r\n" + body;
 }

@@ -29,8 +29,8 @@ Response asset_response(const Request& request, const Asset& asset) {
 
 void add_asset_routes(Router& router) {
   for (const Asset& asset : assets()) {
-    router.add(
-        {"GET", std::string(asset.path), Body::none, [&asset](const Request& r) { return asset_response(r, asset); }});
+    router.add({"GET", std::string(asset.path), Body::none,
+                [&asset](const Request& r) { return asset_response(r, asset); }, std::nullopt, "assets"});
   }
 }
 

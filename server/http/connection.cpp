@@ -1,5 +1,6 @@
 #include "server/http/connection.h"
 
+#include <netdb.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -23,10 +24,21 @@ std::chrono::milliseconds time_for(std::size_t bytes) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(bytes >> 6));
 }
 
+std::string client_of(int socket) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  std::array<char, NI_MAXHOST> text{};
+  auto* any = reinterpret_cast<sockaddr*>(&address);
+  if (::getpeername(socket, any, &size) != 0 ||
+      ::getnameinfo(any, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0)
+    return "unknown";
+  return text.data();
+}
+
 }  // namespace
 
 Connection::Connection(int socket, int stop_descriptor, const ConnectionLimits& limits)
-    : socket_(socket), stop_descriptor_(stop_descriptor), limits_(limits) {}
+    : socket_(socket), stop_descriptor_(stop_descriptor), limits_(limits), client_(client_of(socket)) {}
 
 Connection::~Connection() {
   ::shutdown(socket_, SHUT_WR);
@@ -132,6 +144,7 @@ bool Connection::send_all(std::string_view bytes) {
   while (!bytes.empty() && !is_broken_) {
     const ssize_t count = ::send(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
     if (count > 0) {
+      sent_bytes_ += static_cast<std::uint64_t>(count);
       bytes.remove_prefix(static_cast<std::size_t>(count));
       deadline += time_for(static_cast<std::size_t>(count));
     } else if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR) {

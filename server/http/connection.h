@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -13,7 +14,7 @@ namespace penumbra::http {
 
 /// What one client may take of the server's time and memory.
 struct ConnectionLimits {
-  std::size_t max_head_bytes = 64u << 10;
+  std::size_t max_head_bytes = 64u << 10;  // request line and header fields
   std::size_t max_body_bytes = 8u << 20;
   std::chrono::milliseconds idle = std::chrono::seconds(15);  // between two requests
   /// For a whole request or response; bodies get a second more for every 64 KiB that have arrived.
@@ -53,6 +54,11 @@ class Connection {
   bool is_client_there() const;
   bool is_stopping() const;
 
+  /// The address of the other side, without its port.
+  const std::string& client() const { return client_; }
+  /// Bytes that were given to the system so far.
+  std::uint64_t sent_bytes() const { return sent_bytes_; }
+
  private:
   using Clock = std::chrono::steady_clock;
   enum class Ready { yes, timeout, stopping };
@@ -65,6 +71,8 @@ class Connection {
 
   const int socket_, stop_descriptor_;
   const ConnectionLimits limits_;
+  const std::string client_;
+  std::uint64_t sent_bytes_ = 0;
   std::string unread_;  // received, not yet asked for
   std::string head_;
   std::size_t head_read_ = 0;

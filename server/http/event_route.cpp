@@ -1,7 +1,8 @@
 #include <algorithm>
-#include <atomic>
 #include <charconv>
 #include <cmath>
+#include <map>
+#include <mutex>
 
 #include "server/http/problems.h"
 #include "server/http/routes.h"
@@ -31,27 +32,39 @@ std::string event_text(std::string_view name, const api::JobResource& job) {
   return text.append(name).append("\ndata: ").append(api::progress_json(job)).append("\n\n");
 }
 
-/// Open streams are counted, so that their threads cannot run out.
+/// Open streams are counted, so that their threads cannot run out, and no client takes them all.
 class StreamSlots {
  public:
-  StreamSlots(std::size_t count, Metrics& metrics) : free_(static_cast<std::ptrdiff_t>(count)), metrics_(metrics) {}
+  StreamSlots(const StreamLimits& limits, metrics::Metrics& metrics) : limits_(limits), metrics_(metrics) {}
 
-  /// Held as long as the result lives; null when there is none left.
-  std::shared_ptr<void> take() {
-    if (free_.fetch_sub(1) <= 0) {
-      free_.fetch_add(1);
+  /// Held as long as the result lives; null when there is none left. This must outlive the result.
+  std::shared_ptr<void> take(const std::string& client) {
+    const std::lock_guard lock(mutex_);
+    std::size_t& own = of_client_[client];
+    if (taken_ >= limits_.all || own >= limits_.of_one_client) {
+      if (own == 0) of_client_.erase(client);
       return nullptr;
     }
+    ++taken_, ++own;
     metrics_.event_streams_changed(1);
-    return {this, [](void* slots) {
-              static_cast<StreamSlots*>(slots)->metrics_.event_streams_changed(-1);
-              static_cast<StreamSlots*>(slots)->free_.fetch_add(1);
-            }};
+    return {this, [client](void* slots) { static_cast<StreamSlots*>(slots)->give_back(client); }};
   }
 
  private:
-  std::atomic<std::ptrdiff_t> free_;
-  Metrics& metrics_;
+  void give_back(const std::string& client) {
+    metrics_.event_streams_changed(-1);
+    const std::lock_guard lock(mutex_);
+    --taken_;
+    const auto own = of_client_.find(client);
+    if (--own->second == 0) of_client_.erase(own);
+  }
+
+  const StreamLimits limits_;
+  metrics::Metrics& metrics_;
+  std::mutex mutex_;
+  // Guarded by mutex_:
+  std::size_t taken_ = 0;
+  std::map<std::string, std::size_t> of_client_;
 };
 
 /// One client's stream of one job.
@@ -126,16 +139,18 @@ std::uint64_t last_event_id(const Request& request) {
 
 }  // namespace
 
-void add_event_route(Router& router, JobManager& manager, Metrics& metrics, std::size_t max_streams) {
-  const auto slots = std::make_shared<StreamSlots>(max_streams, metrics);
+void add_event_route(Router& router, JobManager& manager, metrics::Metrics& metrics, const StreamLimits& limits) {
+  const auto slots = std::make_shared<StreamSlots>(limits, metrics);
   const auto handler = [&manager, slots](const Request& request) -> Response {
     const std::optional<api::JobResource> job = manager.find(request.id);
     const std::optional<double> interval_s = manager.progress_interval_s(request.id);
-    if (!job || !interval_s) return problem_response(not_found("there is no such job"));
+    if (!job || !interval_s) return problem_response(no_such_job());
     const std::uint64_t last_id = last_event_id(request);
     // The answer that tells an EventSource to stop coming back.
     if (api::is_final(job->state) && last_id >= final_event_id) return {204, "", std::string(), {}};
-    std::shared_ptr<void> slot = slots->take();
+    // A key is one client wherever it is used, as a proxy's address is many.
+    std::shared_ptr<void> slot =
+        slots->take(request.caller.key_id.empty() ? request.client : "key " + request.caller.key_id);
     if (!slot) return problem_response(unavailable("too many event streams are open"), retry_after_s);
     const auto events = std::make_shared<JobEvents>(manager, *job, *interval_s, last_id, std::move(slot));
     const Producer producer = [events](const Send& send, const std::function<bool()>& is_client_there) {
@@ -143,7 +158,7 @@ void add_event_route(Router& router, JobManager& manager, Metrics& metrics, std:
     };
     return {200, "text/event-stream", producer, {{"Cache-Control", "no-store"}, {"X-Accel-Buffering", "no"}}};
   };
-  router.add({"GET", "/v1/jobs/{id}/events", Body::none, handler});
+  router.add({"GET", "/v1/jobs/{id}/events", Body::none, handler, access::Scope::read});
 }
 
 }  // namespace penumbra::http

@@ -13,7 +13,7 @@ using jobs::JobManager;
 
 constexpr std::size_t default_page = 50, max_page = 1000;
 
-Response no_such_job() { return problem_response(not_found("there is no such job")); }
+Response no_such_job() { return problem_response(http::no_such_job()); }
 
 std::string location_of(const std::string& id) { return "/v1/jobs/" + id; }
 
@@ -32,10 +32,12 @@ Response create_job(const Request& request, JobManager& manager) {
 }
 
 Response list_jobs(const Request& request, const JobManager& manager) {
-  std::optional<api::JobState> state;
+  store::Filter filter;
+  if (!request.caller.is_everybody) filter.owner = request.caller.owner;
   if (const auto name = request.parameter("state")) {
-    state = api::job_state_of(*name);
-    if (!state) return problem_response(bad_parameter("state must be queued, running, succeeded, failed or canceled"));
+    filter.state = api::job_state_of(*name);
+    if (!filter.state)
+      return problem_response(bad_parameter("state must be queued, running, succeeded, failed or canceled"));
   }
   std::size_t limit = default_page;
   if (const auto text = request.parameter("limit")) {
@@ -48,7 +50,7 @@ Response list_jobs(const Request& request, const JobManager& manager) {
     if (!jobs::is_job_id(*text)) return problem_response(bad_parameter("page_token is not one of this server"));
     token = std::string(*text);
   }
-  const jobs::JobList list = manager.list(state, limit, token);
+  const jobs::JobList list = manager.list(filter, limit, token);
   return json_response(200, api::to_json(list.jobs, list.next_page_token));
 }
 
@@ -107,14 +109,22 @@ Response job_preview(const Request& request, const JobManager& manager) {
 }  // namespace
 
 void add_job_routes(Router& router, JobManager& manager) {
+  using access::Scope;
   const std::string job = "/v1/jobs/{id}";
-  router.add({"POST", "/v1/jobs", Body::json, [&](const Request& r) { return create_job(r, manager); }});
-  router.add({"GET", "/v1/jobs", Body::none, [&](const Request& r) { return list_jobs(r, manager); }});
-  router.add({"GET", job, Body::none, [&](const Request& r) { return find_job(r, manager); }});
-  router.add({"DELETE", job, Body::none, [&](const Request& r) { return delete_job(r, manager); }});
-  router.add({"POST", job + "/cancel", Body::none, [&](const Request& r) { return cancel_job(r, manager); }});
-  router.add({"GET", job + "/image", Body::none, [&](const Request& r) { return job_image(r, manager); }});
-  router.add({"GET", job + "/preview", Body::none, [&](const Request& r) { return job_preview(r, manager); }});
+  const auto get = [&](const std::string& path, auto answer) {
+    router.add(
+        {"GET", path, Body::none, [&manager, answer](const Request& r) { return answer(r, manager); }, Scope::read});
+  };
+  const auto change = [&](const char* method, const std::string& path, Body body, auto answer) {
+    router.add({method, path, body, [&manager, answer](const Request& r) { return answer(r, manager); }, Scope::write});
+  };
+  change("POST", "/v1/jobs", Body::json, create_job);
+  get("/v1/jobs", list_jobs);
+  get(job, find_job);
+  change("DELETE", job, Body::none, delete_job);
+  change("POST", job + "/cancel", Body::none, cancel_job);
+  get(job + "/image", job_image);
+  get(job + "/preview", job_preview);
 }
 
 }  // namespace penumbra::http

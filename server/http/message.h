@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "api/problem.h"
+#include "server/access/key.h"
 
 namespace penumbra::http {
 
@@ -22,6 +23,8 @@ struct Request {
   Fields query;
   Fields headers;  // names in lower case
   std::string_view body;
+  access::Caller caller;
+  std::string client;  // address
   /// False once the client has closed the connection.
   std::function<bool()> is_client_there;
 

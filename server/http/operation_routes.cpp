@@ -13,15 +13,17 @@ Response plain_text(std::string text, std::string media_type = "text/plain; char
 
 }  // namespace
 
-void add_operation_routes(Router& router, const jobs::JobManager& manager, const Metrics& metrics) {
+void add_operation_routes(Router& router, const jobs::JobManager& manager, const metrics::Metrics& metrics) {
   router.add({"GET", "/healthz", Body::none, [](const Request&) { return plain_text("ok\n"); }});
   router.add({"GET", "/readyz", Body::none, [&](const Request&) {
                 if (manager.is_accepting()) return plain_text("ok\n");
                 return problem_response(unavailable("the server is stopping"), ready_retry_s);
               }});
-  router.add({"GET", "/metrics", Body::none, [&](const Request&) {
+  router.add({"GET", "/metrics", Body::none,
+              [&](const Request&) {
                 return plain_text(metrics.text(manager.counts()), "text/plain; version=0.0.4; charset=utf-8");
-              }});
+              },
+              access::Scope::metrics});
 }
 
 }  // namespace penumbra::http

@@ -18,6 +18,20 @@ api::Problem bad_parameter(std::string detail) {
 
 api::Problem not_found(std::string detail) { return {"/problems/not-found", "Not found", 404, std::move(detail), {}}; }
 
+api::Problem no_such_job() { return not_found("there is no such job"); }
+
+api::Problem key_required() {
+  return {"/problems/key-required", "A key is required", 401, "send the header Authorization: Bearer rs_…", {}};
+}
+
+api::Problem key_unknown() {
+  return {"/problems/key-unknown", "The key is not known", 401, "this server does not know the key", {}};
+}
+
+api::Problem scope_missing(std::string_view scope) {
+  return {"/problems/scope-missing", "The key may not do this", 403, "it lacks the scope " + std::string(scope), {}};
+}
+
 api::Problem method_not_allowed(std::string detail) {
   return {"/problems/method-not-allowed", "The method is not allowed", 405, std::move(detail), {}};
 }
@@ -66,8 +80,28 @@ api::Problem unsupported_media_type(std::string detail) {
   return {"/problems/unsupported-media-type", "The body has the wrong type", 415, std::move(detail), {}};
 }
 
-api::Problem queue_full() {
-  return {"/problems/queue-full", "The queue is full", 429, "as many jobs wait as this server allows", {}};
+api::Problem queue_full(std::size_t max_queued) {
+  return {"/problems/queue-full",
+          "The queue is full",
+          429,
+          "as many jobs wait as this server allows, " + std::to_string(max_queued) + " or their bodies' bytes",
+          {}};
+}
+
+api::Problem too_many_jobs(std::size_t max_jobs) {
+  return {"/problems/too-many-jobs",
+          "Too many unfinished jobs",
+          429,
+          "at most " + std::to_string(max_jobs) + " unfinished jobs are allowed with this key",
+          {}};
+}
+
+api::Problem too_many_requests(int per_minute) {
+  return {"/problems/too-many-requests",
+          "Too many requests",
+          429,
+          "at most " + std::to_string(per_minute) + " requests a minute are allowed with this key",
+          {}};
 }
 
 api::Problem headers_too_large(std::size_t max_bytes) {

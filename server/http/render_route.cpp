@@ -39,7 +39,8 @@ Response render(const Request& request, JobManager& manager) {
 }  // namespace
 
 void add_render_route(Router& router, JobManager& manager) {
-  router.add({"POST", "/v1/render", Body::json, [&](const Request& r) { return render(r, manager); }});
+  router.add(
+      {"POST", "/v1/render", Body::json, [&](const Request& r) { return render(r, manager); }, access::Scope::write});
 }
 
 }  // namespace penumbra::http

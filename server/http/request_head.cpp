@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <optional>
+#include <vector>
 
 #include "server/http/message.h"
 #include "server/http/problems.h"
@@ -36,7 +37,12 @@ struct Framing {
   std::optional<std::size_t> content_length;
   bool has_transfer_encoding = false, has_content_encoding = false, is_close_asked = false, is_kept_alive = false;
   int hosts = 0;
+  std::vector<std::string> request_ids, traceparents;
 };
+
+std::optional<std::string> only(const std::vector<std::string>& values) {
+  return values.size() == 1 ? std::optional(values[0]) : std::nullopt;
+}
 
 std::optional<api::Problem> read_field(std::string_view line, Framing& framing, std::string& text) {
   const std::size_t colon = line.find(':');
@@ -61,6 +67,10 @@ std::optional<api::Problem> read_field(std::string_view line, Framing& framing, 
     framing.is_kept_alive = framing.is_kept_alive || choice.find("keep-alive") != std::string::npos;
   } else if (name == "host") {
     ++framing.hosts;
+  } else if (name == "x-request-id") {
+    framing.request_ids.emplace_back(value);
+  } else if (name == "traceparent") {
+    framing.traceparents.emplace_back(value);
   }
   // The library reads ranges with a recursive expression and answers many of them with as many copies, and compresses
   // at its slowest; both may be ignored (RFC 9110, 14.2 and 12.5.3). Connections are kept or closed here.
@@ -125,6 +135,10 @@ std::variant<RequestHead, api::Problem> check_head(std::string_view head, std::s
   }
   if (framing.has_content_encoding) return unsupported_media_type("compressed bodies are not accepted");
   if (framing.content_length > max_body_bytes) return body_too_large(max_body_bytes);
+  checked.method = method;
+  checked.target = target;
+  checked.request_id = only(framing.request_ids);
+  checked.traceparent = only(framing.traceparents);
   checked.body_bytes = framing.content_length.value_or(0);
   const bool is_body_usual = method == "POST" || method == "PUT" || method == "PATCH";
   checked.is_last = framing.is_close_asked || (version == "HTTP/1.0" && !framing.is_kept_alive) ||

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -14,7 +15,10 @@ inline constexpr std::size_t max_path_bytes = 200, max_target_bytes = 2048;
 struct RequestHead {
   /// What the library may read: the head without the fields it must not act upon.
   std::string text;
+  std::string method, target;
   std::size_t body_bytes = 0;
+  /// What the client says of the request, to be taken over: nothing where it is said twice.
+  std::optional<std::string> request_id, traceparent;
   /// Whether the connection ends with this request: the client said so, or it cannot be told where the next begins.
   bool is_last = false;
 };

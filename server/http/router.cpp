@@ -34,6 +34,7 @@ Router::Match Router::find(std::string_view method, std::string_view path) const
   for (const Route& route : routes_) {
     const std::optional<std::string_view> id = match(route.path, path);
     if (!id) continue;
+    found.name = route.name.empty() ? route.path : route.name;
     found.allowed.push_back(route.method);
     if (route.method != method) continue;
     found.route = &route;

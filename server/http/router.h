@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,8 @@ struct Route {
   std::string path;  // may hold one segment {id}
   Body body = Body::none;
   Handler handler;
+  std::optional<access::Scope> scope = {};  // needed where keys are asked for; nothing: for everybody
+  std::string name = {};                    // in metrics and logs; empty: the path
 };
 
 /// Which handler answers which method and path. Filled first, then shared between threads.
@@ -24,6 +27,7 @@ class Router {
   struct Match {
     const Route* route = nullptr;      // nothing: no such path, or not with this method
     std::string id;                    // of the path's {id}
+    std::string name;                  // of the path's routes; empty: there is no such path
     std::vector<std::string> allowed;  // the methods of this path; empty: there is no such path
   };
   Match find(std::string_view method, std::string_view path) const;

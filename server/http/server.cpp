@@ -1,261 +1,34 @@
 #include "server/http/server.h"
 
-#include <httplib.h>
-#include <spdlog/spdlog.h>
-#include <sys/eventfd.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <condition_variable>
-#include <mutex>
-#include <system_error>
-#include <thread>
-
-#include "server/http/adapter.h"
-#include "server/http/metrics.h"
-#include "server/http/problems.h"
-#include "server/http/request_head.h"
-#include "server/http/router.h"
-#include "server/http/routes.h"
-#include "server/http/threads.h"
-
 namespace penumbra::http {
 
-namespace {
-
-using HandlerResponse = httplib::Server::HandlerResponse;
-
-constexpr int backlog = 4096, overload_retry_s = 2;
-constexpr std::size_t refusing_threads = 8;
-constexpr auto longest_stop = std::chrono::seconds(4);
-
-/// A connection as the library sees it.
-class ConnectionStream : public httplib::Stream {
- public:
-  explicit ConnectionStream(Connection& connection) : connection_(connection) {}
-  bool is_readable() const override { return true; }
-  bool is_writable() const override { return connection_.is_client_there(); }
-  ssize_t read(char* to, std::size_t size) override { return connection_.read(to, size); }
-  ssize_t write(const char* from, std::size_t size) override {
-    return connection_.write({from, size}) ? static_cast<ssize_t>(size) : -1;
-  }
-  void get_remote_ip_and_port(std::string&, int&) const override {}
-  void get_local_ip_and_port(std::string&, int&) const override {}
-  /// The library refuses descriptors that select() could not watch; it never watches this one.
-  socket_t socket() const override { return INVALID_SOCKET; }
-
- private:
-  Connection& connection_;
-};
-
-class TaskQueue : public httplib::TaskQueue {
- public:
-  explicit TaskQueue(std::size_t max_threads) : threads_(max_threads) {}
-  void enqueue(std::function<void()> task) override { threads_.run(std::move(task)); }
-  void shutdown() override { threads_.finish(); }
-
- private:
-  Threads threads_;
-};
-
-std::string joined(const std::vector<std::string>& methods) {
-  std::string text;
-  for (const std::string& method : methods) text += method + (method == "GET" ? ", HEAD, " : ", ");
-  return text + "OPTIONS";
+Server::Server(const ServerSettings& settings, jobs::JobManager& manager, metrics::Metrics& metrics)
+    : log_(settings.access_log),
+      guard_(settings.guard, [&manager](const std::string& id) { return manager.owner_of(id); }),
+      admin_guard_({}, [](const std::string&) { return std::nullopt; }) {
+  add_job_routes(router_, manager);
+  add_event_route(router_, manager, metrics, settings.streams);
+  add_render_route(router_, manager);
+  add_operation_routes(router_, manager, metrics);
+  add_asset_routes(router_);
+  listener_ = std::make_unique<Listener>(settings.listener, router_, guard_, metrics, log_);
+  if (!settings.admin) return;
+  add_operation_routes(admin_router_, manager, metrics);
+  admin_ = std::make_unique<Listener>(*settings.admin, admin_router_, admin_guard_, metrics, log_);
 }
-
-}  // namespace
-
-class Server::Listener : public httplib::Server {
- public:
-  Listener(const ServerSettings& settings, jobs::JobManager& manager)
-      : settings_(settings), stop_descriptor_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-    if (stop_descriptor_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
-    add_job_routes(router_, manager);
-    add_event_route(router_, manager, metrics_, settings.max_event_streams);
-    add_render_route(router_, manager);
-    add_operation_routes(router_, manager, metrics_);
-    add_asset_routes(router_);
-    configure();
-  }
-
-  ~Listener() override {
-    finish();
-    ::close(stop_descriptor_);
-  }
-
-  int open() {
-    const bool is_bound = settings_.port == 0 ? (port_ = bind_to_any_port(settings_.host)) > 0
-                                              : bind_to_port(settings_.host, port_ = settings_.port);
-    const std::string address = settings_.host + ":" + std::to_string(settings_.port);
-    // The library's own backlog of 5 makes a burst of clients wait a second for the next try.
-    if (!is_bound || ::listen(svr_sock_, backlog) != 0)
-      throw std::system_error(errno, std::generic_category(), "cannot listen on " + address);
-    accepting_ = std::jthread([this] { listen_after_bind(); });
-    while (!is_running()) std::this_thread::yield();
-    return port_;
-  }
-
-  void finish() {
-    const std::uint64_t one = 1;
-    if (::write(stop_descriptor_, &one, sizeof one) < 0) spdlog::error("cannot wake the connections");
-    {
-      std::unique_lock lock(mutex_);
-      connection_ended_.wait_for(lock, longest_stop, [&] { return connections_ == 0; });
-    }
-    stop();
-    if (accepting_.joinable()) accepting_.join();
-  }
-
- private:
-  void configure() {
-    new_task_queue = [this] { return new TaskQueue(settings_.max_connections + refusing_threads); };
-    set_tcp_nodelay(true);
-    // Not SO_REUSEPORT, which would let a second server share the port in silence.
-    set_socket_options([](socket_t socket) {
-      const int yes = 1;
-      ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    });
-    set_pre_routing_handler([this](const auto& request, auto& response) { return before_body(request, response); });
-    // Only for routes that `before_body` has found.
-    Post("/v1/[a-z]{1,20}", [this](const auto& request, auto& response) {
-      const Router::Match match = router_.find(request.method, request.path);
-      put(match.route->handler(request_of(request, match.id)), response);
-    });
-    set_expect_100_continue_handler([this](const auto& request, auto& response) {
-      const Router::Match match = router_.find(request.method, request.path);
-      if (!match.route || match.route->body == Body::none) return 100;
-      const auto problem = refusal_of_body(request);
-      if (!problem) return 100;
-      put(problem_response(*problem), response);
-      return response.status;
-    });
-    set_error_handler(httplib::Server::Handler([](const auto&, auto& response) {
-      if (response.body.empty()) put(problem_response(plain_problem(response.status)), response);
-    }));
-    set_exception_handler(
-        [](const auto&, auto& response, const std::exception_ptr& thrown) { put(response_to(thrown), response); });
-    set_post_routing_handler([this](const auto& request, auto& response) {
-      response.set_header("Date", http_date());
-      response.set_header("X-Content-Type-Options", "nosniff");
-      const bool is_body_unread =
-          request.template get_header_value<std::uint64_t>("Content-Length") != request.body.size();
-      if (is_body_unread && !response.has_header("Connection")) response.set_header("Connection", "close");
-      // The library promises five requests a connection, and ranges; neither is so.
-      response.headers.erase("Keep-Alive");
-      response.headers.erase("Accept-Ranges");
-      if (response.status == 204 || response.status == 304) response.headers.erase("Content-Length");
-      metrics_.count_response(response.status);
-      spdlog::debug("{} {} {}", request.method, request.target, response.status);
-    });
-  }
-
-  static Response response_to(const std::exception_ptr& thrown) {
-    try {
-      std::rethrow_exception(thrown);
-    } catch (const api::InvalidBody& invalid) {
-      return problem_response(invalid.problem());
-    } catch (const std::exception& error) {
-      spdlog::error("a request failed: {}", error.what());
-    } catch (...) {
-      spdlog::error("a request failed");
-    }
-    return problem_response(internal_error());
-  }
-
-  /// Answers everything but a body that may be read, which the library then reads and hands to the Post handler.
-  HandlerResponse before_body(const httplib::Request& request, httplib::Response& response) {
-    const bool is_head = request.method == "HEAD";
-    const Router::Match match = router_.find(is_head ? "GET" : request.method, request.path);
-    if (request.method == "OPTIONS" && (!match.allowed.empty() || request.path == "*")) {
-      put({204, "", std::string(), {{"Allow", joined(match.allowed)}}}, response);
-    } else if (match.allowed.empty()) {
-      put(problem_response(not_found("there is nothing at this path")), response);
-    } else if (!match.route) {
-      const std::string allowed = joined(match.allowed);
-      Response refusal = problem_response(method_not_allowed("this path knows " + allowed));
-      refusal.headers.emplace_back("Allow", allowed);
-      put(refusal, response);
-    } else if (match.route->body == Body::none) {
-      put(match.route->handler(request_of(request, match.id)), response);
-    } else if (const auto problem = refusal_of_body(request)) {
-      put(problem_response(*problem), response);
-    } else {
-      return HandlerResponse::Unhandled;
-    }
-    return HandlerResponse::Handled;
-  }
-
-  bool process_and_close_socket(socket_t socket) override {
-    const bool is_welcome = count_connection(1) <= settings_.max_connections;
-    try {
-      Connection connection(socket, stop_descriptor_, settings_.connection);
-      if (is_welcome && !connection.is_stopping()) {
-        serve(connection);
-      } else {
-        refuse(connection, unavailable("too many connections are open"), overload_retry_s);
-      }
-    } catch (const std::exception& error) {
-      spdlog::error("a connection failed: {}", error.what());
-    }
-    count_connection(-1);
-    return true;
-  }
-
-  void serve(Connection& connection) {
-    while (true) {
-      auto head = connection.next_head();
-      if (std::holds_alternative<Connection::End>(head)) return;
-      if (const auto* problem = std::get_if<api::Problem>(&head)) return refuse(connection, *problem);
-      auto checked = check_head(std::get<std::string>(head), settings_.connection.max_body_bytes);
-      if (const auto* problem = std::get_if<api::Problem>(&checked)) return refuse(connection, *problem);
-      auto& request = std::get<RequestHead>(checked);
-      connection.begin(std::move(request.text), request.body_bytes);
-      ConnectionStream stream(connection);
-      const bool is_last = request.is_last || connection.is_stopping();
-      bool is_closed = false;
-      // `progress` is a field for clients, and the only way to give a handler something of its connection.
-      const bool is_well = process_request(stream, is_last, is_closed, [&connection](httplib::Request& r) {
-        r.progress = [&connection](std::uint64_t, std::uint64_t) { return connection.is_client_there(); };
-      });
-      if (!connection.finish_response() || !is_well || is_last || is_closed || !connection.is_read()) return;
-    }
-  }
-
-  void refuse(Connection& connection, const api::Problem& problem, int retry_after_s = 0) {
-    metrics_.count_response(problem.status);
-    connection.write(
-        closing_text(retry_after_s > 0 ? problem_response(problem, retry_after_s) : problem_response(problem)));
-    connection.finish_response();
-    connection.abandon_request();
-  }
-
-  std::size_t count_connection(int by) {
-    metrics_.connections_changed(by);
-    const std::lock_guard lock(mutex_);
-    connections_ += static_cast<std::size_t>(by);
-    if (connections_ == 0) connection_ended_.notify_all();
-    return connections_;
-  }
-
-  const ServerSettings settings_;
-  Metrics metrics_;
-  Router router_;
-  const int stop_descriptor_;
-  int port_ = 0;
-  std::mutex mutex_;
-  std::condition_variable connection_ended_;
-  std::size_t connections_ = 0;  // guarded by mutex_
-  std::jthread accepting_;
-};
-
-Server::Server(const ServerSettings& settings, jobs::JobManager& manager)
-    : listener_(std::make_unique<Listener>(settings, manager)) {}
 
 Server::~Server() = default;
 
-int Server::start() { return listener_->open(); }
+Server::Ports Server::start() {
+  Ports ports;
+  if (admin_) ports.admin = admin_->open();
+  ports.main = listener_->open();
+  return ports;
+}
 
-void Server::stop() { listener_->finish(); }
+void Server::stop() {
+  listener_->finish();
+  if (admin_) admin_->finish();
+}
 
 }  // namespace penumbra::http

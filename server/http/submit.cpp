@@ -38,7 +38,8 @@ std::variant<jobs::Submission, Response> submit(const Request& request, jobs::Jo
       return problem_response(bad_parameter("Idempotency-Key must be 1 to 255 printable ASCII characters"));
     key = std::string(*given);
   }
-  jobs::Submission submission = manager.submit(std::string(request.body), key);
+  jobs::Submission submission =
+      manager.submit(std::string(request.body), key, {request.caller.owner, request.caller.max_jobs});
   switch (submission.outcome) {
     case jobs::Submission::Outcome::accepted:
     case jobs::Submission::Outcome::repeated:
@@ -46,7 +47,9 @@ std::variant<jobs::Submission, Response> submit(const Request& request, jobs::Jo
     case jobs::Submission::Outcome::key_conflict:
       return problem_response(idempotency_conflict());
     case jobs::Submission::Outcome::queue_full:
-      return problem_response(queue_full(), submission.retry_after_s);
+      return problem_response(queue_full(manager.counts().max_queued), submission.retry_after_s);
+    case jobs::Submission::Outcome::owner_full:
+      return problem_response(too_many_jobs(request.caller.max_jobs.value_or(0)), submission.retry_after_s);
     case jobs::Submission::Outcome::stopping:
       break;
   }

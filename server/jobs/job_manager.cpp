@@ -28,16 +28,17 @@ void JobManager::recover() {
   for (store::JobRecord& record : store_.unfinished()) {
     const auto job = std::make_shared<LiveJob>(std::move(record), nullptr, 0);
     job->sequence = next_sequence_++;
-    live_.emplace(job->id(), job);
+    add_live(job);
     queue_.emplace(key_of(*job), job);
   }
   spdlog::debug("{} unfinished jobs, {} at once", queue_.size(), settings_.jobs);
 }
 
-Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key) {
+Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key,
+                              const Submitter& submitter) {
   auto request = std::make_unique<api::JobRequest>(api::parse_job(body, settings_.limits));
   std::optional<store::IdempotencyKey> key;
-  if (idempotency_key) key = store::IdempotencyKey{*idempotency_key, store::sha256_hex(body)};
+  if (idempotency_key) key = store::IdempotencyKey{*idempotency_key, store::sha256_hex(body), submitter.owner};
   const auto answer_of = [&](const store::Created& created) {
     const bool is_conflict = created.outcome == store::Created::Outcome::conflict;
     return Submission{is_conflict ? Submission::Outcome::key_conflict : Submission::Outcome::repeated,
@@ -49,6 +50,7 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
   }
 
   store::JobRecord record;
+  record.owner = submitter.owner;
   record.created_at = system_clock::now();
   record.priority = request->options.priority;
   record.progress_interval_s = request->options.progress_interval_s;
@@ -63,12 +65,17 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
       ++totals_.refused;
       return {Submission::Outcome::queue_full, {}, retry_after_s()};
     }
+    const auto own = live_of_.find(submitter.owner);
+    if (submitter.max_jobs && own != live_of_.end() && own->second >= *submitter.max_jobs) {
+      ++totals_.refused;
+      return {Submission::Outcome::owner_full, {}, retry_after_s()};
+    }
     ++reserved_;
     record.id = ids_.next(record.created_at);
     job = std::make_shared<LiveJob>(record, std::move(request), body_bytes);
     job->sequence = next_sequence_++;
     // Known before it is stored, so that no call can find it and yet not stop it.
-    live_.emplace(job->id(), job);
+    add_live(job);
   }
   store::Created created;
   try {
@@ -76,14 +83,14 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
   } catch (...) {
     const std::lock_guard lock(mutex_);
     --reserved_;
-    live_.erase(record.id);
+    drop_live(record.id);
     throw;
   }
   {
     std::unique_lock lock(mutex_);
     --reserved_;
     if (created.outcome != store::Created::Outcome::created) {
-      live_.erase(record.id);
+      drop_live(record.id);
       lock.unlock();
       return answer_of(created);
     }
@@ -99,6 +106,26 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
   }
   end(*job, stopped(StopReason::server_stopped, 0));
   return {Submission::Outcome::stopping, {}, 1};
+}
+
+void JobManager::add_live(const std::shared_ptr<LiveJob>& job) {
+  live_.emplace(job->id(), job);
+  ++live_of_[job->owner()];
+}
+
+void JobManager::drop_live(const std::string& id) {
+  const auto job = live_.find(id);
+  if (job == live_.end()) return;
+  const auto own = live_of_.find(job->second->owner());
+  if (--own->second == 0) live_of_.erase(own);
+  live_.erase(job);
+}
+
+std::optional<std::string> JobManager::owner_of(const std::string& id) const {
+  if (const std::shared_ptr<LiveJob> job = find_live(id)) return job->owner();
+  const std::optional<store::JobRecord> record = store_.find(id);
+  if (!record) return std::nullopt;
+  return record->owner;
 }
 
 std::shared_ptr<LiveJob> JobManager::find_live(const std::string& id) const {
@@ -138,9 +165,9 @@ std::optional<api::JobResource> JobManager::wait(const std::string& id, Clock::t
   return find(id);
 }
 
-JobList JobManager::list(std::optional<api::JobState> state, std::size_t limit,
+JobList JobManager::list(const store::Filter& filter, std::size_t limit,
                          const std::optional<std::string>& page_token) const {
-  store::Page page = store_.list(state, limit, page_token);
+  store::Page page = store_.list(filter, limit, page_token);
   JobList list;
   list.next_page_token = std::move(page.next_page_token);
   const std::lock_guard lock(mutex_);
@@ -183,7 +210,7 @@ bool JobManager::remove(const std::string& id) {
   if (job) cancel(id);
   const bool is_removed = store_.remove(id);
   const std::lock_guard lock(mutex_);
-  live_.erase(id);
+  drop_live(id);
   return is_removed;
 }
 
@@ -246,6 +273,7 @@ Counts JobManager::counts() const {
   Counts counts = totals_;
   counts.queued = queue_.size();
   counts.running = running_;
+  counts.max_queued = settings_.max_queued;
   return counts;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <condition_variable>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -28,13 +29,22 @@ struct Settings {
   std::optional<double> time_limit_s;         // of each render
   api::Limits limits;
   store::Retention retention;
+  /// Told of each job in the thread that runs it.
+  std::function<void(double waited_s)> on_start;
+  std::function<void(const store::Ending& without_image)> on_end;
+};
+
+/// Whose job it is, and how many unfinished ones they may have.
+struct Submitter {
+  std::string owner;
+  std::optional<std::size_t> max_jobs;
 };
 
 struct Submission {
-  enum class Outcome { accepted, repeated, key_conflict, queue_full, stopping };
+  enum class Outcome { accepted, repeated, key_conflict, queue_full, owner_full, stopping };
   Outcome outcome = Outcome::accepted;
   api::JobResource job;   // when accepted or repeated
-  int retry_after_s = 1;  // when the queue is full
+  int retry_after_s = 1;  // when a queue is full
 };
 
 struct JobList {
@@ -50,9 +60,8 @@ struct Preview {
 
 /// What has happened since the start, and what goes on now.
 struct Counts {
-  std::size_t queued = 0, running = 0;
+  std::size_t queued = 0, running = 0, max_queued = 0;
   std::uint64_t accepted = 0, succeeded = 0, failed = 0, canceled = 0, refused = 0;
-  double render_s = 0;  // of succeeded jobs
 };
 
 /// The life of jobs: a bounded queue, higher priority first and then the older one, from which a fixed number of jobs
@@ -67,14 +76,17 @@ class JobManager {
   JobManager& operator=(const JobManager&) = delete;
 
   /// Checks the body and queues the job. Throws api::InvalidBody.
-  Submission submit(std::string body, const std::optional<std::string>& idempotency_key);
+  Submission submit(std::string body, const std::optional<std::string>& idempotency_key,
+                    const Submitter& submitter = {});
+
+  /// Of a job; nothing when there is none.
+  std::optional<std::string> owner_of(const std::string& id) const;
 
   std::optional<api::JobResource> find(const std::string& id) const;
   /// The job once it has ended, or as it is at `deadline`; nothing when there is none, or none any more.
   std::optional<api::JobResource> wait(const std::string& id, Clock::time_point deadline) const;
   /// Newest first; `page_token` is that of the page before.
-  JobList list(std::optional<api::JobState> state, std::size_t limit,
-               const std::optional<std::string>& page_token) const;
+  JobList list(const store::Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const;
   /// Asks an unfinished job to stop: a queued one has ended when this returns, a running one soon will.
   std::optional<api::JobResource> cancel(const std::string& id);
   /// Forgets a job; cancels it first where needed. False when there is none.
@@ -111,6 +123,9 @@ class JobManager {
   /// True when the job was waiting and now is the caller's to end. mutex_ must be held.
   bool take_from_queue(const LiveJob& job);
   int retry_after_s() const;
+  /// Both need mutex_ held.
+  void add_live(const std::shared_ptr<LiveJob>& job);
+  void drop_live(const std::string& id);
 
   const Settings settings_;
   store::JobStore& store_;
@@ -122,6 +137,7 @@ class JobManager {
   // Guarded by mutex_:
   std::map<QueueKey, std::shared_ptr<LiveJob>> queue_;
   std::unordered_map<std::string, std::shared_ptr<LiveJob>> live_;  // queued and running
+  std::map<std::string, std::size_t> live_of_;                      // how many of them by owner
   std::uint64_t next_sequence_ = 0;
   std::size_t queued_bytes_ = 0;
   std::size_t reserved_ = 0;  // places of jobs that are being stored

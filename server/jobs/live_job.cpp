@@ -17,6 +17,8 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 LiveJob::LiveJob(store::JobRecord record, std::unique_ptr<api::JobRequest> request, std::size_t body_bytes)
     : id_(record.id),
+      owner_(record.owner),
+      created_at_(record.created_at),
       priority_(record.priority),
       body_bytes_(body_bytes),
       time_budget_s_(request ? request->options.time_budget_s.value_or(0) : 0),

@@ -25,6 +25,8 @@ class LiveJob {
   LiveJob(store::JobRecord record, std::unique_ptr<api::JobRequest> request, std::size_t body_bytes);
 
   const std::string& id() const { return id_; }
+  const std::string& owner() const { return owner_; }
+  api::Time created_at() const { return created_at_; }
   int priority() const { return priority_; }
   std::size_t body_bytes() const { return body_bytes_; }
   /// Its place among jobs of the same priority; set before the job is shared.
@@ -56,7 +58,8 @@ class LiveJob {
  private:
   std::optional<double> eta_s(double percent) const;
 
-  const std::string id_;
+  const std::string id_, owner_;
+  const api::Time created_at_;
   const int priority_;
   const std::size_t body_bytes_;
   const double time_budget_s_;  // 0: none

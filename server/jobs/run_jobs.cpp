@@ -38,6 +38,7 @@ void JobManager::run(LiveJob& job) {
     store_.start(job.id(), now);
     job.start(now, request->options.width, request->options.height);
     spdlog::debug("job {} started", job.id());
+    if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
     ending = rendered(job, *request);
   } catch (const api::InvalidBody& invalid) {
     // Accepted once, but not by this version or under these limits.
@@ -105,7 +106,6 @@ void JobManager::end(LiveJob& job, store::Ending ending) {
     switch (without_image.state) {
       case api::JobState::succeeded:
         ++totals_.succeeded;
-        totals_.render_s += without_image.stats ? without_image.stats->render_s : 0;
         break;
       case api::JobState::canceled:
         ++totals_.canceled;
@@ -113,8 +113,9 @@ void JobManager::end(LiveJob& job, store::Ending ending) {
       default:
         ++totals_.failed;
     }
-    live_.erase(job.id());
+    drop_live(job.id());
   }
+  if (settings_.on_end) settings_.on_end(without_image);
   job.end(without_image);
 }
 

@@ -17,7 +17,8 @@ using api::Time;
 
 /// What is kept of a job, its spec and its image aside.
 struct JobRecord {
-  std::string id;  // ids of later jobs are greater, byte by byte
+  std::string id;     // ids of later jobs are greater, byte by byte
+  std::string owner;  // who may see it; empty: no keys are asked for
   JobState state = JobState::queued;
   int priority = 0;
   double progress_interval_s = 0.5;
@@ -37,10 +38,12 @@ struct Image {
   std::shared_ptr<const std::string> png_preview;
 };
 
-/// What a client chose so that a repeated call makes no second job, and the hash of the body it came with.
+/// What a client chose so that a repeated call makes no second job, and the hash of the body it came with. Different
+/// owners' keys have nothing to do with each other.
 struct IdempotencyKey {
   std::string key;
   std::string body_sha256;
+  std::string owner;
 };
 
 struct Created {
@@ -61,6 +64,12 @@ struct Ending {
   std::optional<api::Problem> error;
   std::optional<render::Stats> stats;
   std::optional<Image> image;
+};
+
+/// Which jobs to list: those of one state, of one owner, or all.
+struct Filter {
+  std::optional<JobState> state;
+  std::optional<std::string> owner;
 };
 
 struct Page {
@@ -107,9 +116,8 @@ class JobStore {
   virtual std::optional<std::string> spec(const std::string& id) const = 0;
   /// Nothing when there is no such job.
   virtual std::optional<FoundImage> image(const std::string& id) const = 0;
-  /// At most `limit` ≥ 1 jobs, newest first, of one state or of all; `page_token` is that of the page before.
-  virtual Page list(std::optional<JobState> state, std::size_t limit,
-                    const std::optional<std::string>& page_token) const = 0;
+  /// At most `limit` ≥ 1 jobs, newest first; `page_token` is that of the page before.
+  virtual Page list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const = 0;
   /// Queued and running jobs, oldest first: what is left to do after a restart.
   virtual std::vector<JobRecord> unfinished() const = 0;
 

@@ -12,10 +12,13 @@ std::size_t size_of(const Image& image) {
   return (image.bytes ? image.bytes->size() : 0) + (image.png_preview ? image.png_preview->size() : 0);
 }
 
+/// Owners have no control characters.
+std::string name_of(const IdempotencyKey& key) { return key.owner + '\0' + key.key; }
+
 }  // namespace
 
 std::optional<Created> MemoryStore::use_of(const IdempotencyKey& key) const {
-  const auto use = keys_.find(key.key);
+  const auto use = keys_.find(name_of(key));
   if (use == keys_.end()) return std::nullopt;
   const JobRecord& job = entries_.at(use->second.id).job;
   if (job.state == JobState::canceled) return std::nullopt;
@@ -27,9 +30,9 @@ Created MemoryStore::create(const JobRecord& job, std::string spec, const std::o
   const std::lock_guard lock(mutex_);
   if (key) {
     if (std::optional<Created> use = use_of(*key)) return std::move(*use);
-    keys_[key->key] = {key->body_sha256, job.id};
+    keys_[name_of(*key)] = {key->body_sha256, job.id};
   }
-  entries_.insert_or_assign(job.id, Entry{job, std::move(spec), key ? key->key : "", {}});
+  entries_.insert_or_assign(job.id, Entry{job, std::move(spec), key ? name_of(*key) : "", {}});
   return {Created::Outcome::created, job};
 }
 
@@ -110,20 +113,20 @@ std::optional<FoundImage> MemoryStore::image(const std::string& id) const {
   return entry->second.found;
 }
 
-Page MemoryStore::list(std::optional<JobState> state, std::size_t limit,
-                       const std::optional<std::string>& page_token) const {
+Page MemoryStore::list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const {
   const std::lock_guard lock(mutex_);
   Page page;
   // The token is the id of the last job of the page before; what is newer has been seen.
   auto entry = page_token ? entries_.lower_bound(*page_token) : entries_.end();
   while (entry != entries_.begin()) {
     --entry;
-    if (state && entry->second.job.state != *state) continue;
+    const JobRecord& job = entry->second.job;
+    if ((filter.state && job.state != *filter.state) || (filter.owner && job.owner != *filter.owner)) continue;
     if (page.jobs.size() == limit) {
       page.next_page_token = page.jobs.back().id;
       break;
     }
-    page.jobs.push_back(entry->second.job);
+    page.jobs.push_back(job);
   }
   return page;
 }

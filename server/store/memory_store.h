@@ -21,8 +21,7 @@ class MemoryStore : public JobStore {
   std::optional<JobRecord> find(const std::string& id) const override;
   std::optional<std::string> spec(const std::string& id) const override;
   std::optional<FoundImage> image(const std::string& id) const override;
-  Page list(std::optional<JobState> state, std::size_t limit,
-            const std::optional<std::string>& page_token) const override;
+  Page list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const override;
   std::vector<JobRecord> unfinished() const override;
   void expire(const Retention& retention, Time now) override;
 
@@ -46,7 +45,7 @@ class MemoryStore : public JobStore {
   mutable std::mutex mutex_;
   // Guarded by mutex_:
   Entries entries_;
-  std::map<std::string, KeyUse> keys_;
+  std::map<std::string, KeyUse> keys_;  // by owner and key
   std::size_t image_bytes_ = 0;
   std::size_t finished_jobs_ = 0;
 };

@@ -85,7 +85,9 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
     const shading::Scene scene = test::compiled(description);
     const auto& light = std::get<shading::DiscLight>(scene.lights.front());
     shading::Counters counters;
-    shading::Shadows swept(scene, true, counters), cast(scene, false, counters);
+    const shading::Switches none{false, false};
+    const shading::Switches all;
+    shading::Shadows swept(scene, all, counters), cast(scene, none, counters);
     const shading::DiscSampling sampling(1024), dense(rays);
     test::Random random(static_cast<unsigned long>(seed) + 1000);
     for (int i = 0; i < 150; ++i) {
@@ -100,11 +102,13 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
       at.material = &scene.materials[0];
       at.view = ray.direction;
       at.facing = math::dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
+      at.footprint = random.between(0, 0.05);
       const Vec3 axis = light.position - at.surface.position;
       if (!(math::dot(at.facing, axis) > 0)) continue;
       const math::Frame frame = math::frame_around(math::normalize(-axis));
       const sampling::Key key = sampling::Key(7).at(static_cast<std::uint64_t>(seed)).at(static_cast<std::uint64_t>(i));
       const auto visibility = [&](shading::Shadows& shadows, const shading::DiscSampling& samples) {
+        shadows.aim(at, 0, {light.position, light.radius});
         return shadows.disc(at, axis, frame.u * light.radius, frame.v * light.radius, 1, samples, key);
       };
       const shading::Visibility is = visibility(swept, sampling), ought = visibility(cast, dense);

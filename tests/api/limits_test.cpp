@@ -171,6 +171,21 @@ TEST_CASE("limits on the scene and the options name their value") {
   CHECK(triangles->errors.at(0).detail.find("more than 1 triangles") != std::string::npos);
 
   limits = {};
+  limits.max_lights = 2;
+  const std::string light = R"({"type": "point", "position": [0, 5, 0], "intensity": 1})";
+  CHECK_FALSE(refusal(job(R"(, "lights": )" + list(light, 2)), limits));
+  const auto lights = refusal(job(R"(, "lights": )" + list(light, 3)), limits);
+  REQUIRE(lights);
+  CHECK(lights->errors.at(0).pointer == "/scene/lights");
+  CHECK(lights->errors.at(0).detail.find("more than 2 lights") != std::string::npos);
+
+  limits = {};
+  limits.max_string_bytes = 10;
+  const auto string = refusal(job(R"(, "name": "elevenbytes")"), limits);
+  REQUIRE(string);
+  CHECK(string->errors.at(0).detail.find("longer than 10 bytes") != std::string::npos);
+
+  limits = {};
   limits.max_edge_pixels = 100;
   limits.max_samples = 5;
   limits.max_depth = 2;
@@ -190,6 +205,13 @@ TEST_CASE("limits on the scene and the options name their value") {
   CHECK(memory->status == 422);
   CHECK(memory->errors.at(0).pointer == "/options");
   CHECK(memory->errors.at(0).detail.find("1000 bytes") != std::string::npos);
+
+  limits = {};
+  limits.max_work = 50;
+  const auto work = refusal(job("", R"({"width": 10, "height": 10})"), limits);
+  REQUIRE(work);
+  CHECK(work->status == 422);
+  CHECK(work->errors.at(0).detail.find("at most 50; it is 100") != std::string::npos);
 }
 
 TEST_CASE("the slowest polygons are refused or read quickly") {

@@ -172,8 +172,8 @@ TEST_CASE("threads and switches change nothing in the image") {
   const Folder folder;
   const std::string render = "render " + folder.file("job.json", job) + " -o ";
   REQUIRE(penumbra(folder, render + folder / "a.png").status == 0);
-  for (const std::string flags :
-       {"--threads 0", "--threads 3", "--threads -2", "--without merge-lights", "--set threads=1"}) {
+  for (const std::string flags : {"--threads 0", "--threads 3", "--threads -2", "--without merge-lights",
+                                  "--without light-cells", "--set threads=1"}) {
     REQUIRE(penumbra(folder, render + folder / "b.png " + flags).status == 0);
     CHECK_MESSAGE(bytes_of(folder / "a.png") == bytes_of(folder / "b.png"), flags);
   }

@@ -103,7 +103,7 @@ TEST_CASE("who comes back is told only what is newer") {
 
 TEST_CASE("streams are limited, and closed ones make room") {
   penumbra::http::ServerSettings settings;
-  settings.max_event_streams = 2;
+  settings.streams.all = 2;
   const TestServer server({}, settings);
   const std::string id = server.submit(endless_job());
   Client first(server.port()), second(server.port());
@@ -123,7 +123,7 @@ TEST_CASE("streams are limited, and closed ones make room") {
 
 TEST_CASE("HEAD of a stream does not hold one") {
   penumbra::http::ServerSettings settings;
-  settings.max_event_streams = 1;
+  settings.streams.all = 1;
   const TestServer server({}, settings);
   const std::string id = server.submit(endless_job());
   for (int i = 0; i < 3; ++i) CHECK(call(server.port(), "HEAD", "/v1/jobs/" + id + "/events").status == 200);

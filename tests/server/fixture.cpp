@@ -8,17 +8,24 @@ using namespace penumbra;
 namespace {
 
 http::ServerSettings on_free_port(http::ServerSettings settings) {
-  settings.port = 0;
+  settings.listener.port = 0;
+  return settings;
+}
+
+jobs::Settings with_metrics(jobs::Settings settings, metrics::Metrics& metrics) {
+  settings.on_start = [&](double waited_s) { metrics.job_started(waited_s); };
+  settings.on_end = [&](const store::Ending& ending) { metrics.job_ended(ending); };
   return settings;
 }
 
 }  // namespace
 
 TestServer::TestServer(const jobs::Settings& jobs, http::ServerSettings http)
-    : pool_(2),
-      manager_(jobs, store_, pool_),
-      server_(on_free_port(std::move(http)), manager_),
-      port_(server_.start()) {}
+    : timed_store_(store_, [this](auto operation, double took_s) { metrics_.store_called(operation, took_s); }),
+      pool_(2),
+      manager_(with_metrics(jobs, metrics_), timed_store_, pool_),
+      server_(on_free_port(std::move(http)), manager_, metrics_),
+      ports_(server_.start()) {}
 
 TestServer::~TestServer() {
   manager_.stop();
@@ -26,11 +33,11 @@ TestServer::~TestServer() {
 }
 
 nlohmann::json TestServer::job(const std::string& id) const {
-  return nlohmann::json::parse(call(port_, "GET", "/v1/jobs/" + id).body);
+  return nlohmann::json::parse(call(port(), "GET", "/v1/jobs/" + id).body);
 }
 
 std::string TestServer::submit(const std::string& body) const {
-  const Reply reply = post(port_, "/v1/jobs", body);
+  const Reply reply = post(port(), "/v1/jobs", body);
   if (reply.status != 202) throw std::runtime_error("not accepted: " + reply.body);
   return nlohmann::json::parse(reply.body).at("id");
 }

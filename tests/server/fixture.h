@@ -7,6 +7,7 @@
 #include "server/http/server.h"
 #include "server/jobs/job_manager.h"
 #include "server/store/memory_store.h"
+#include "server/store/timed_store.h"
 #include "tests/server/client.h"
 
 /// A whole server in this process, on a free port.
@@ -15,7 +16,8 @@ class TestServer {
   explicit TestServer(const penumbra::jobs::Settings& jobs = {}, penumbra::http::ServerSettings http = {});
   ~TestServer();
 
-  int port() const { return port_; }
+  int port() const { return ports_.main; }
+  int admin_port() const { return ports_.admin; }
   penumbra::jobs::JobManager& manager() { return manager_; }
 
   nlohmann::json job(const std::string& id) const;
@@ -26,11 +28,13 @@ class TestServer {
   bool reaches(const std::string& id, std::string_view state) const;
 
  private:
+  penumbra::metrics::Metrics metrics_;
   penumbra::store::MemoryStore store_;
+  penumbra::store::TimedStore timed_store_;
   penumbra::render::Pool pool_;
   penumbra::jobs::JobManager manager_;
   penumbra::http::Server server_;
-  int port_;
+  penumbra::http::Server::Ports ports_;
 };
 
 /// Whether `is_so` becomes true within half a minute.

@@ -11,8 +11,8 @@ namespace {
 
 penumbra::http::ServerSettings impatient() {
   penumbra::http::ServerSettings settings;
-  settings.connection.request = std::chrono::milliseconds(300);
-  settings.connection.max_body_bytes = 10'000;
+  settings.listener.connection.request = std::chrono::milliseconds(300);
+  settings.listener.connection.max_body_bytes = 10'000;
   return settings;
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("slow senders are cut, wherever they stop") {
 
 TEST_CASE("idle connections are closed") {
   penumbra::http::ServerSettings settings;
-  settings.connection.idle = std::chrono::milliseconds(100);
+  settings.listener.connection.idle = std::chrono::milliseconds(100);
   const TestServer server({}, settings);
   Client silent(server.port());
   CHECK(silent.is_closed_by_server());
@@ -146,7 +146,7 @@ TEST_CASE("a body that nobody reads is never taken for a request") {
 
 TEST_CASE("too many connections are answered, not left waiting") {
   penumbra::http::ServerSettings settings;
-  settings.max_connections = 3;
+  settings.listener.max_connections = 3;
   const TestServer server({}, settings);
   Client a(server.port()), b(server.port()), c(server.port());
   for (Client* client : {&a, &b, &c}) REQUIRE(client->request("GET", "/healthz")->status == 200);

@@ -117,7 +117,7 @@ TEST_CASE_TEMPLATE("jobs that fail or are canceled keep why and where, and have 
 
 TEST_CASE_TEMPLATE("an idempotency key makes one job of equal bodies and refuses others", Store, MemoryStore) {
   Store store;
-  const IdempotencyKey key{"key", "hash"};
+  const IdempotencyKey key{"key", "hash", ""};
   CHECK_FALSE(store.find_key(key));
   CHECK(store.create(job_of("a"), "body", key).outcome == Outcome::created);
   const Created again = store.create(job_of("b"), "body", key);
@@ -125,8 +125,8 @@ TEST_CASE_TEMPLATE("an idempotency key makes one job of equal bodies and refuses
   CHECK(again.job.id == "a");
   CHECK_FALSE(store.find("b"));
   CHECK(store.find_key(key)->job.id == "a");
-  CHECK(store.create(job_of("b"), "other", IdempotencyKey{"key", "other hash"}).outcome == Outcome::conflict);
-  CHECK(store.create(job_of("c"), "other", IdempotencyKey{"other key", "hash"}).outcome == Outcome::created);
+  CHECK(store.create(job_of("b"), "other", IdempotencyKey{"key", "other hash", ""}).outcome == Outcome::conflict);
+  CHECK(store.create(job_of("c"), "other", IdempotencyKey{"other key", "hash", ""}).outcome == Outcome::created);
 
   finish(store, "a", success("bytes"));
   CHECK(store.create(job_of("d"), "body", key).job.id == "a");
@@ -136,7 +136,7 @@ TEST_CASE_TEMPLATE("an idempotency key makes one job of equal bodies and refuses
 
 TEST_CASE_TEMPLATE("the key of a canceled job is free again", Store, MemoryStore) {
   Store store;
-  const IdempotencyKey key{"key", "hash"}, other_body{"key", "other hash"};
+  const IdempotencyKey key{"key", "hash", ""}, other_body{"key", "other hash", ""};
   store.create(job_of("a"), "body", key);
   store.finish("a", end_in(JobState::canceled));
   CHECK(store.create(job_of("b"), "other", other_body).outcome == Outcome::created);
@@ -164,7 +164,7 @@ TEST_CASE_TEMPLATE("lists are newest first, by state, page after page", Store, M
   const Page all = store.list({}, 10, {});
   CHECK(ids_of(all.jobs) == std::vector<std::string>{"e", "d", "c", "b", "a"});
   CHECK_FALSE(all.next_page_token);
-  CHECK(ids_of(store.list(JobState::succeeded, 10, {}).jobs) == std::vector<std::string>{"d", "b"});
+  CHECK(ids_of(store.list({JobState::succeeded, {}}, 10, {}).jobs) == std::vector<std::string>{"d", "b"});
 
   const Page first = store.list({}, 2, {});
   CHECK(ids_of(first.jobs) == std::vector<std::string>{"e", "d"});
@@ -177,7 +177,7 @@ TEST_CASE_TEMPLATE("lists are newest first, by state, page after page", Store, M
   CHECK_FALSE(last.next_page_token);
 
   // Exactly full is the last page too.
-  CHECK_FALSE(store.list(JobState::succeeded, 2, {}).next_page_token);
+  CHECK_FALSE(store.list({JobState::succeeded, {}}, 2, {}).next_page_token);
 }
 
 TEST_CASE_TEMPLATE("what is unfinished is known, oldest first", Store, MemoryStore) {

@@ -1,0 +1,158 @@
+#include "engine/accel/cell.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/accel/structure_search.h"
+#include "engine/math/error_free.h"
+
+namespace penumbra::accel {
+namespace {
+
+using math::abs;
+using math::dot;
+using math::gamma;
+
+/// The ball, or what holds the directions, relative to a point.
+Vec3 towards(const Target& target, const Vec3& from) {
+  return target.is_infinite ? target.centre : target.centre - from;
+}
+
+/// A bound of every coordinate that takes part.
+double reach_of(const Cell& cell, const Target& target) {
+  double reach = math::max_component(abs(target.centre)) + target.radius;
+  for (const Vec3& corner : cell.corners) reach = std::max(reach, math::max_component(abs(corner)));
+  return 3 * reach;
+}
+
+}  // namespace
+
+std::optional<HalfSpaces> hull(const Cell& cell, const Target& target) {
+  const double reach = reach_of(cell, target), rounding = gamma(64) * reach;
+  math::Bounds bounds;
+  for (const Vec3& corner : cell.corners) bounds.include(corner);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double least = target.centre[axis] - target.radius, most = target.centre[axis] + target.radius;
+    if (!target.is_infinite) {
+      bounds.lower[axis] = std::min(bounds.lower[axis], least), bounds.upper[axis] = std::max(bounds.upper[axis], most);
+    } else {
+      if (least < 0) bounds.lower[axis] = -HUGE_VAL;
+      if (most > 0) bounds.upper[axis] = HUGE_VAL;
+    }
+  }
+  const Vec3 base = (cell.corners[0] + cell.corners[2]) * 0.5;
+  HalfSpaces region(base, reach, bounds);
+  const double r = target.radius;
+  for (std::size_t i = 0; i < 4; ++i) {
+    // The plane through an edge that touches the target: in the coordinates m, across the edge, and f, up from the cell
+    // (both perpendicular to the edge), a tangent from the origin to a circle around q.
+    const Vec3 &from = cell.corners[i], &to = cell.corners[(i + 1) % 4];
+    Vec3 m = math::normalize(math::cross(to - from, cell.up));
+    if (dot(m, from - base) < 0) m = -m;
+    const Vec3 q = towards(target, from);
+    const double qm = dot(q, m), qf = dot(q, cell.up);
+    if (!(qf > 1.01 * r + rounding)) return std::nullopt;  // keeps s well away from 0
+    const double squared = qm * qm + qf * qf, s = std::sqrt(squared - r * r);
+    const Vec3 outward = (m * (s * qf - r * qm) - cell.up * (r * qf + s * qm)) * (1 / squared);
+    region.add(outward, dot(outward, from - base));
+  }
+  region.add_floor(cell.up);
+  if (!target.is_infinite) {
+    const Vec3 forward = math::normalize(target.centre - base);
+    region.add_far(forward, dot(forward, target.centre - base) + r);
+  }
+  return region;
+}
+
+class CellContents::Search {
+ public:
+  Search(const World& world, const Cell& cell, const Target& target, const SurfaceId& self, CellContents& found)
+      : world_(world), cell_(cell), target_(target), self_(self), found_(found), reach_(reach_of(cell, target)) {}
+
+  Verdict run() {
+    const std::optional<HalfSpaces> region = hull(cell_, target_);
+    if (!region) return Verdict::unknown;
+    const OwnedTriangles owned(world_);
+    const std::uint32_t self_triangle = owned.index(self_);
+    const auto at_other = [&](std::uint32_t item) { return add_other(*region, item); };
+    bool is_full = std::ranges::any_of(world_.infinite_items, at_other);
+    is_full = is_full || search(
+                             world_.structure, *region, nullptr,
+                             [&](std::uint32_t triangle) {
+                               if (triangle == self_triangle || region->miss(world_.triangles[triangle])) return false;
+                               if (found_.triangle_count_ == triangle_capacity) return true;
+                               found_.triangles_[found_.triangle_count_++] = triangle;
+                               return false;
+                             },
+                             at_other, [] {});
+    if (is_full) return Verdict::unknown;
+    if (found_.triangle_count_ + found_.other_count_ == 0) return Verdict::lit;
+    const bool is_dark = std::ranges::any_of(found_.triangles(), [&](std::uint32_t triangle) {
+      return world_.items[owned.item(triangle)].is_opaque && covers(world_.triangles[triangle]);
+    });
+    return is_dark ? Verdict::dark : Verdict::listed;
+  }
+
+ private:
+  bool add_other(const HalfSpaces& region, std::uint32_t id) {
+    const Item& item = world_.items[id];
+    if (item.kind == Kind::plane && (id == self_.item || is_beside(world_.planes[item.index]))) return false;
+    if (item.kind == Kind::sphere && item.placement == not_placed) {
+      if (region.miss(world_.spheres[item.index])) return false;
+    } else if (const auto box = bounds_of(world_, item); box && region.miss(*box)) {
+      return false;
+    }
+    if (found_.other_count_ == other_capacity) return true;
+    found_.others_[found_.other_count_++] = id;
+    return false;
+  }
+
+  /// Cell and target are wholly on one side of a plane.
+  bool is_beside(const geometry::PlaneShape& plane) const {
+    const double error = gamma(64) * (reach_ + math::max_component(abs(plane.point)));
+    const double end =
+        target_.is_infinite ? dot(plane.normal, target_.centre) : dot(plane.normal, target_.centre - plane.point);
+    const double side = end < 0 ? -1 : 1;
+    return side * end > target_.radius + error && std::ranges::all_of(cell_.corners, [&](const Vec3& corner) {
+             return side * dot(plane.normal, corner - plane.point) > error;
+           });
+  }
+
+  /// From every corner, and so from all points between, the triangle hides the whole target: what a segment's end is to
+  /// all corners maps them to a convex set in the triangle's plane.
+  bool covers(const geometry::TriangleVertices& triangle) const {
+    const Vec3 normal = geometry::normal_of(triangle);
+    const Vec3 vertex[3]{triangle.v0, triangle.v1, triangle.v2};
+    const double size = std::max({reach_, math::max_component(abs(triangle.v0)), math::max_component(abs(triangle.v1)),
+                                  math::max_component(abs(triangle.v2))});
+    const double error = gamma(256) * size;
+    const double side = dot(normal, cell_.corners[0] - triangle.v0) < 0 ? -1 : 1;
+    const Vec3 end = towards(target_, triangle.v0);
+    if (!(-side * dot(normal, end) > target_.radius + error)) return false;
+    return std::ranges::all_of(cell_.corners, [&](const Vec3& corner) {
+      if (!(side * dot(normal, corner - triangle.v0) > error)) return false;
+      const Vec3 to_target = towards(target_, corner);
+      for (int i = 0; i < 3; ++i) {
+        const Vec3 a = vertex[i] - corner, b = vertex[(i + 1) % 3] - corner;
+        const Vec3 across = math::cross(a, b);
+        const double length = math::length(across);
+        // Seen from the side the normal points to, vertices run counter-clockwise.
+        if (!(-side * dot(across, to_target) > length * target_.radius + error * size * size)) return false;
+      }
+      return true;
+    });
+  }
+
+  const World& world_;
+  const Cell& cell_;
+  const Target& target_;
+  const SurfaceId& self_;
+  CellContents& found_;
+  double reach_;
+};
+
+CellContents::CellContents(const World& world, const Cell& cell, const Target& target, const SurfaceId& self) {
+  verdict_ = Search(world, cell, target, self, *this).run();
+}
+
+}  // namespace penumbra::accel

@@ -1,0 +1,54 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "engine/accel/half_spaces.h"
+#include "engine/accel/world.h"
+
+namespace penumbra::accel {
+
+/// A parallelogram of lit points that share what may stand between them and a light.
+struct Cell {
+  std::array<Vec3, 4> corners;  // in order around it
+  Vec3 up;                      // the normal of its plane, unit, on the lit side
+};
+
+/// What the points are lit from: a ball around a point or, infinitely far, around a direction.
+struct Target {
+  Vec3 centre;
+  double radius = 0;
+  bool is_infinite = false;
+};
+
+/// What may cross a segment from a point of a cell to one of a target.
+class CellContents {
+ public:
+  /// Nothing; one opaque triangle crosses every segment; the list holds all that may cross one; not known.
+  enum class Verdict : std::uint8_t { lit, dark, listed, unknown };
+
+  CellContents() = default;  ///< Unknown.
+  /// Coplanar neighbours of the cell are left out: no segment that rises above a plane meets what does not. So is the
+  /// item `self` if it is a plane.
+  CellContents(const World& world, const Cell& cell, const Target& target, const SurfaceId& self);
+
+  Verdict verdict() const { return verdict_; }
+  /// Of World::triangles, and of World::items that are no patches; when listed.
+  std::span<const std::uint32_t> triangles() const { return {triangles_.data(), triangle_count_}; }
+  std::span<const std::uint32_t> others() const { return {others_.data(), other_count_}; }
+
+ private:
+  class Search;
+  static constexpr std::size_t triangle_capacity = 24, other_capacity = 6;
+  std::array<std::uint32_t, triangle_capacity> triangles_;
+  std::array<std::uint32_t, other_capacity> others_;
+  std::uint8_t triangle_count_ = 0, other_count_ = 0;
+  Verdict verdict_ = Verdict::unknown;
+};
+
+/// The convex hull of cell and target, above the cell's plane; nothing if the target does not lie wholly above it.
+std::optional<HalfSpaces> hull(const Cell& cell, const Target& target);
+
+}  // namespace penumbra::accel
