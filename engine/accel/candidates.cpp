@@ -1,6 +1,7 @@
 #include "engine/accel/candidates.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "engine/accel/queries.h"
 #include "engine/accel/structure_search.h"
@@ -120,13 +121,10 @@ class Candidates::Search {
   }
 
   static bool is_apart(const geometry::SphereShape& sphere, const Projection& projection) {
-    const Vec3 c = projection(sphere.center);
-    const auto is_outside = [&](double height, const Vec3& normal) {
-      return height > 0 && height * height > sphere.radius * sphere.radius * math::dot(normal, normal);
-    };
-    const Vec3 &x = projection.x, &y = projection.y, &w = projection.w;
-    return is_outside(c.x - c.z, x - w) || is_outside(-c.x - c.z, x + w) || is_outside(c.y - c.z, y - w) ||
-           is_outside(-c.y - c.z, y + w) || is_outside(-c.z, w) || (!projection.is_infinite && is_outside(c.z - 1, w));
+    if (projection.cone.misses(sphere.center - projection.apex, sphere.radius)) return true;
+    const double beyond = projection(sphere.center).z - 1;
+    return !projection.is_infinite && beyond > 0 &&
+           beyond * beyond > sphere.radius * sphere.radius * math::dot(projection.w, projection.w);
   }
 
   /// Whether the edge lies on the outer side of a line through the square |x|, |y| ≤ 1 (of homogeneous coordinates).
@@ -142,9 +140,12 @@ class Candidates::Search {
       const Placement& placement = world_.placements[item.placement];
       if (projection_ == nullptr) return add_mesh(shaft, shaft.in_space_of(placement), id, nullptr, &placement);
       const math::Affine& map = placement.local_to_world;
-      const Projection local{placement.world_to_local.point(projection_->apex), map.transposed_vector(projection_->x),
-                             map.transposed_vector(projection_->y), map.transposed_vector(projection_->w),
-                             projection_->is_infinite};
+      const Projection local{placement.world_to_local.point(projection_->apex),
+                             map.transposed_vector(projection_->x),
+                             map.transposed_vector(projection_->y),
+                             map.transposed_vector(projection_->w),
+                             projection_->is_infinite,
+                             {}};
       return add_mesh(shaft, shaft.in_space_of(placement), id, &local, &placement);
     }
     if (id == self_.item && (leaves_self_ || item.kind == Kind::plane)) return false;
@@ -154,8 +155,7 @@ class Candidates::Search {
       if (item.kind == Kind::sphere) {
         const geometry::SphereShape& sphere = world_.spheres[item.index];
         if (projection_ == nullptr ? shaft.misses(sphere) : is_apart(sphere, *projection_)) return false;
-        if (item.is_opaque && !shaft.is_infinite() && id != self_.item && covers(shaft, id))
-          return found_.is_dark_ = true;
+        if (item.is_opaque && id != self_.item && covers(shaft, sphere)) return found_.is_dark_ = true;
         return add({{id, 0}, item.is_opaque, false, {}});
       }
     }
@@ -175,13 +175,15 @@ class Candidates::Search {
         [](std::uint32_t) { return false; });
   }
 
-  /// Seen from outside, the segments that cross a convex body end in a convex set: four corners inside it prove all.
-  bool covers(const Shaft& shaft, std::uint32_t id) const {
-    const geometry::SphereShape& sphere = world_.spheres[world_.items[id].index];
-    if (!(math::length(shaft.apex() - sphere.center) > sphere.radius)) return false;
-    return std::ranges::all_of(shaft.edges(), [&](const Vec3& edge) {
-      return count_crossings(world_, id, {shaft.apex(), edge, {}}, 1) > 0;
-    });
+  bool covers(const Shaft& shaft, const geometry::SphereShape& sphere) const {
+    if (projection_ != nullptr)
+      return projection_->cone.is_covered_by(sphere.center - projection_->apex, sphere.radius);
+    if (shaft.is_infinite()) return false;
+    Vec3 axis;
+    for (const Vec3& edge : shaft.edges()) axis += edge * 0.25;
+    double radius = 0;
+    for (const Vec3& edge : shaft.edges()) radius = std::max(radius, math::length(edge - axis));
+    return ViewCone::around(axis, radius, false).is_covered_by(sphere.center - shaft.apex(), sphere.radius);
   }
 
   static constexpr std::size_t silhouette_capacity = 16384;
@@ -192,7 +194,12 @@ class Candidates::Search {
   Candidates& found_;
 };
 
-void Candidates::sort() { std::ranges::sort(list_, {}, &Candidate::surface); }
+std::span<const std::uint32_t> Candidates::scene_order() {
+  order_.resize(list_.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  std::ranges::sort(order_, {}, [&](std::uint32_t i) { return list_[i].surface; });
+  return order_;
+}
 
 void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
                         const CellContents* among) {

@@ -6,6 +6,7 @@
 
 #include "engine/accel/cell.h"
 #include "engine/accel/shaft.h"
+#include "engine/accel/view_cone.h"
 #include "engine/accel/world.h"
 
 namespace penumbra::accel {
@@ -23,6 +24,8 @@ struct Candidate {
 struct Projection {
   Vec3 apex, x, y, w;
   bool is_infinite = false;
+  /// Around all directions of interest, in world space; `radius` across at the end of `axis`.
+  ViewCone cone;
 
   /// The homogeneous coordinates of p.
   Vec3 operator()(const Vec3& p) const {
@@ -63,8 +66,8 @@ class Candidates {
   std::span<const Candidate> list() const { return list_; }
   /// In the structure's order; edges beside the shaft may be among them.
   std::span<const SilhouetteEdge> silhouette() const { return silhouette_; }
-  /// Brings the list from the structure's order into the scene's.
-  void sort();
+  /// Places in the list, which is in the structure's order, by the scene's.
+  std::span<const std::uint32_t> scene_order();
   /// Some opaque triangle may be in the shaft, though it need not show a silhouette.
   bool has_opaque_triangles() const { return has_opaque_triangles_; }
   /// The list is of no use: too much may cross the shaft, or (of a silhouette) a triangle crosses its far plane.
@@ -76,6 +79,7 @@ class Candidates {
   class Search;
   static constexpr std::size_t list_capacity = 48, outline_capacity = 1024;
   std::vector<Candidate> list_;
+  std::vector<std::uint32_t> order_;
   std::vector<SilhouetteEdge> silhouette_;
   bool has_opaque_triangles_ = false, is_incomplete_ = false, is_dark_ = false;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/accel/structure_search.h"
+#include "engine/accel/view_cone.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
@@ -75,22 +76,16 @@ class CellContents::Search {
     const OwnedTriangles owned(world_);
     const std::uint32_t self_triangle = owned.index(self_);
     const auto at_other = [&](std::uint32_t item) { return add_other(*region, item); };
-    bool is_full = std::ranges::any_of(world_.infinite_items, at_other);
-    is_full = is_full || search(
-                             world_.structure, *region, nullptr,
-                             [&](std::uint32_t triangle) {
-                               if (triangle == self_triangle || region->miss(world_.triangles[triangle])) return false;
-                               if (found_.triangle_count_ == triangle_capacity) return true;
-                               found_.triangles_[found_.triangle_count_++] = triangle;
-                               return false;
-                             },
-                             at_other, [] {});
-    if (is_full) return Verdict::unknown;
-    if (found_.triangle_count_ + found_.other_count_ == 0) return Verdict::lit;
-    const bool is_dark = std::ranges::any_of(found_.triangles(), [&](std::uint32_t triangle) {
-      return world_.items[owned.item(triangle)].is_opaque && covers(world_.triangles[triangle]);
-    });
-    return is_dark ? Verdict::dark : Verdict::listed;
+    const auto at_triangle = [&](std::uint32_t triangle) {
+      if (triangle == self_triangle || region->miss(world_.triangles[triangle])) return false;
+      if (world_.items[owned.item(triangle)].is_opaque && covers(world_.triangles[triangle])) return is_dark_ = true;
+      return add(triangle, found_.triangles_, found_.triangle_count_);
+    };
+    std::ranges::any_of(world_.infinite_items, at_other) ||
+        search(world_.structure, *region, nullptr, at_triangle, at_other, [] {});
+    if (is_dark_) return Verdict::dark;
+    if (met_ > found_.triangle_count_ + found_.other_count_) return Verdict::unknown;
+    return met_ == 0 ? Verdict::lit : Verdict::listed;
   }
 
  private:
@@ -98,13 +93,20 @@ class CellContents::Search {
     const Item& item = world_.items[id];
     if (item.kind == Kind::plane && (id == self_.item || is_beside(world_.planes[item.index]))) return false;
     if (item.kind == Kind::sphere && item.placement == not_placed) {
-      if (region.miss(world_.spheres[item.index])) return false;
+      const geometry::SphereShape& sphere = world_.spheres[item.index];
+      if (region.miss(sphere)) return false;
+      if (item.is_opaque && covers(sphere)) return is_dark_ = true;
     } else if (const auto box = bounds_of(world_, item); box && region.miss(*box)) {
       return false;
     }
-    if (found_.other_count_ == other_capacity) return true;
-    found_.others_[found_.other_count_++] = id;
-    return false;
+    return add(id, found_.others_, found_.other_count_);
+  }
+
+  /// True when there is no hope left to find that one surface hides all.
+  template <std::size_t capacity>
+  bool add(std::uint32_t index, std::array<std::uint32_t, capacity>& list, std::uint8_t& count) {
+    if (count < capacity) list[count++] = index;
+    return ++met_ == patience;
   }
 
   /// Cell and target are wholly on one side of a plane.
@@ -143,12 +145,23 @@ class CellContents::Search {
     });
   }
 
+  /// Likewise: the points that see the target hidden by one convex body are a convex set.
+  bool covers(const geometry::SphereShape& sphere) const {
+    return std::ranges::all_of(cell_.corners, [&](const Vec3& corner) {
+      return ViewCone::around(towards(target_, corner), target_.radius, target_.is_infinite)
+          .is_covered_by(sphere.center - corner, sphere.radius);
+    });
+  }
+
+  static constexpr std::size_t patience = 128;
   const World& world_;
   const Cell& cell_;
   const Target& target_;
   const SurfaceId& self_;
   CellContents& found_;
   double reach_;
+  std::size_t met_ = 0;
+  bool is_dark_ = false;
 };
 
 CellContents::CellContents(const World& world, const Cell& cell, const Target& target, const SurfaceId& self) {

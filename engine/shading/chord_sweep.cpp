@@ -15,6 +15,8 @@ using sampling::Point2;
 
 // Of a chord's half: shorter parts are the rounding of edges that meet, and tell nothing of what is in line there.
 constexpr double shortest_part = 1e-9;
+// Of the disc's radius: less of an edge in sight does not turn the chords.
+constexpr double noticeable = 1e-4;
 
 /// Where on the way from `a` to `b` (homogeneous) the rim x² + y² = w² is met: t of both places, ascending.
 struct RimMeetings {
@@ -66,27 +68,6 @@ void clip_round(double a, double b, double c, double& begin, double& end) {
   } else if (!is_inside(0.5 * (begin + end))) {
     end = begin;
   }
-}
-
-/// Of the line where one edge of a cover is 0: the length that lies in the disc and between the other edges.
-double length_in_disc(const DiscCover& cover, std::size_t edge) {
-  const Linear& line = cover.edges[edge];
-  const double squared = line.b * line.b + line.c * line.c;
-  const double half_squared = 1 - line.a * line.a / squared;
-  if (!(half_squared > 0)) return 0;
-  // foot + t·(−c, b)/|(b, c)|
-  const double norm = std::sqrt(squared);
-  double end = std::sqrt(half_squared), begin = -end;
-  for (std::size_t i = 0; i < cover.edge_count; ++i) {
-    if (i == edge) continue;
-    const Linear& other = cover.edges[i];
-    const double value = other.a - line.a * (other.b * line.b + other.c * line.c) / squared;
-    const double slope = (other.c * line.b - other.b * line.c) / norm;
-    if (slope > 0) begin = std::max(begin, -value / slope);
-    if (slope < 0) end = std::min(end, -value / slope);
-    if (slope == 0 && value < 0) return 0;
-  }
-  return std::max(0.0, end - begin);
 }
 
 }  // namespace
@@ -151,7 +132,8 @@ ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, do
     xx += weight * dy * dy, xy -= weight * dx * dy, yy += weight * dx * dx;
   }
   const double difference = xx - yy, size = std::sqrt(difference * difference + 4 * xy * xy);
-  if (!(size > 0.05 * (xx + yy))) {
+  // What is shorter than `noticeable` may be rounding.
+  if (!(size > 0.05 * (xx + yy) + noticeable)) {
     const auto [sine, cosine] = math::sine_cosine_turns(turn);
     return {{-sine, cosine}, {cosine, sine}};
   }
@@ -307,36 +289,17 @@ void ChordSweep::light(Chord& chord, const Frame& frame, OpenPlace& longest) {
   chord.lit = sum * (1 / (2 * chord.half_length));
 }
 
-std::optional<Color> ChordSweep::uniform(std::span<const DiscCover> covers) {
-  Color product = math::white;
-  for (const DiscCover& cover : covers) {
-    bool is_inside = true;
-    for (std::size_t i = 0; i < cover.edge_count; ++i) {
-      if (length_in_disc(cover, i) > 0) return std::nullopt;
-      is_inside = is_inside && cover.edges[i].a > 0;
-    }
-    if (is_inside && cover.is_round) {
-      // |q(x, y) − q(0, 0)| over the disc
-      const Quadratic& q = cover.round;
-      const double reach = 2 * std::sqrt(q.b * q.b + q.c * q.c) + std::fabs(q.d) + 2 * std::fabs(q.e) + std::fabs(q.f);
-      if (std::fabs(q.a) <= reach) return std::nullopt;
-      is_inside = q.a > 0;
-    }
-    if (is_inside) product = product * (cover.is_opaque ? math::black : cover.transmittance);
-  }
-  return product;
-}
-
 sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
                                        std::span<const accel::SilhouetteEdge> silhouette, bool has_triangles,
                                        const sampling::DiscChords& chords, double turn, double shift,
                                        const Probe& probe) {
   clip(silhouette);
-  const std::optional<Color> constant = edges_.empty() ? uniform(covers) : std::nullopt;
-  is_certain_ = constant.has_value();
+  is_certain_ = edges_.empty() && std::ranges::all_of(covers, &DiscCover::is_whole);
   sampling::Halves halves;
   if (is_certain_) {
-    const Color all = !has_triangles || math::is_black(*constant) || probe(0, 0) ? *constant : math::black;
+    Color all = math::white;
+    for (const DiscCover& cover : covers) all = all * (cover.is_opaque ? math::black : cover.transmittance);
+    if (has_triangles && !math::is_black(all) && !probe(0, 0)) all = math::black;
     halves.add(false, all), halves.add(true, all);
     return halves;
   }

@@ -1,6 +1,5 @@
 #pragma once
 #include <functional>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,8 +66,6 @@ class ChordSweep {
     double x = 0, y = 0, length = 0;
   };
 
-  /// What gets through everywhere, if no cover has an edge in the disc.
-  static std::optional<Color> uniform(std::span<const DiscCover> covers);
   void clip(std::span<const accel::SilhouetteEdge> silhouette);
   Frame choose_frame(std::span<const DiscCover> covers, double turn) const;
   void place_chords(const sampling::DiscChords& chords, double shift);

@@ -1,5 +1,6 @@
 #include "engine/shading/disc_cover.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/math/error_free.h"
@@ -52,6 +53,49 @@ DiscCover cover_of_disc(const Vec3& centre, const Vec3& normal, double radius, c
 }
 
 }  // namespace
+
+double length_in_disc(const DiscCover& cover, std::size_t edge) {
+  const Linear& line = cover.edges[edge];
+  const double squared = line.b * line.b + line.c * line.c;
+  const double half_squared = 1 - line.a * line.a / squared;
+  if (!(half_squared > 0)) return 0;
+  // foot + t·(−c, b)/|(b, c)|
+  const double norm = std::sqrt(squared);
+  double end = std::sqrt(half_squared), begin = -end;
+  for (std::size_t i = 0; i < cover.edge_count; ++i) {
+    if (i == edge) continue;
+    const Linear& other = cover.edges[i];
+    const double value = other.a - line.a * (other.b * line.b + other.c * line.c) / squared;
+    const double slope = (other.c * line.b - other.b * line.c) / norm;
+    if (slope > 0) begin = std::max(begin, -value / slope);
+    if (slope < 0) end = std::min(end, -value / slope);
+    if (slope == 0 && value < 0) return 0;
+  }
+  return std::max(0.0, end - begin);
+}
+
+Extent extent_of(const DiscCover& cover) {
+  Extent extent = Extent::all;
+  for (std::size_t i = 0; i < cover.edge_count; ++i) {
+    const Linear& edge = cover.edges[i];
+    const double reach = std::sqrt(edge.b * edge.b + edge.c * edge.c);
+    if (edge.a < -reach) return Extent::none;
+    if (edge.a <= reach) extent = Extent::part;
+  }
+  if (cover.is_round) {
+    // A bound of |q(x, y) − q(0, 0)| over the disc.
+    const Quadratic& q = cover.round;
+    const double reach = 2 * std::sqrt(q.b * q.b + q.c * q.c) + std::fabs(q.d) + 2 * std::fabs(q.e) + std::fabs(q.f);
+    if (q.a < -reach) return Extent::none;
+    return q.a > reach ? extent : Extent::part;
+  }
+  if (extent == Extent::all) return extent;
+  // Lines that cross the disc may do so beside the cover.
+  for (std::size_t i = 0; i < cover.edge_count; ++i) {
+    if (length_in_disc(cover, i) > 0) return Extent::part;
+  }
+  return Extent::none;
+}
 
 bool append_cover(const geometry::TriangleVertices& triangle, const DiscView& view, std::vector<DiscCover>& covers) {
   const Vec3 a = triangle.v0 - view.from, b = triangle.v1 - view.from, c = triangle.v2 - view.from;

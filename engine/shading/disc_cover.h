@@ -44,7 +44,14 @@ struct DiscCover {
   /// What is left of light that crosses the occluder; black if opaque.
   Color transmittance;
   bool is_opaque = true;
+  bool is_whole = false;  // covers the whole disc, for certain
 };
+
+/// How much of the disc a cover takes: none and all are certain.
+enum class Extent { none, part, all };
+Extent extent_of(const DiscCover& cover);
+/// Of the line where one of a cover's edges is 0: the length that lies in the disc and between the other edges.
+double length_in_disc(const DiscCover& cover, std::size_t edge);
 
 /// Each appends what a shape hides of the disc, as covers that may overlap where the shape is opaque; false when it can
 /// not be told this way: the point is in the shape or on it, or the shape reaches beyond the light.

@@ -29,9 +29,9 @@ bool is_well_above(const Vec3& facing, const std::array<Vec3, 4>& corners) {
       corners, [&](const Vec3& corner) { return dot(facing, corner) > math::gamma(64) * math::length(corner); });
 }
 
-/// Whether every way to the corners leaves the point's surface on its outer side.
+/// Whether every way to the corners that lets light through leaves the point's surface on its outer side.
 bool leaves_on_outer_side(const ShadingPoint& at, const std::array<Vec3, 4>& corners) {
-  return dot(at.facing, at.surface.normal) > 0 && is_well_above(at.facing, corners);
+  return dot(at.facing, at.surface.normal) > 0 && (!at.material->transmits || is_well_above(at.facing, corners));
 }
 
 }  // namespace
@@ -135,7 +135,12 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
       (is_lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
       return {is_lit ? math::white : math::black, {}, true};
     }
-    if (!candidates_.is_incomplete() && find_covers(at, view, !is_above_horizon)) {
+    const Covers covers = candidates_.is_incomplete() ? Covers::unknown : find_covers(at, view, !is_above_horizon);
+    if (covers == Covers::dark) {
+      counters_.shadow_rays_dark += count;
+      return {math::black, {}, true};
+    }
+    if (covers == Covers::listed) {
       const double chords = sampling.chords.count();
       const sampling::Halves halves =
           sweep_.integrate(covers_, candidates_.silhouette(), candidates_.has_opaque_triangles(), sampling.chords,
@@ -168,18 +173,22 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above
   }
   // Dual to u, v and axis.
   const double volume = 1 / dot(axis, math::cross(u, v));
-  const accel::Projection projection{view.from, math::cross(v, axis) * volume, math::cross(axis, u) * volume,
-                                     math::cross(u, v) * volume, view.is_infinite};
+  const accel::Projection projection{view.from,
+                                     math::cross(v, axis) * volume,
+                                     math::cross(axis, u) * volume,
+                                     math::cross(u, v) * volume,
+                                     view.is_infinite,
+                                     accel::ViewCone::around(axis, math::length(u), view.is_infinite)};
   const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above_horizon ? at.facing : Vec3{});
   candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, listed());
 }
 
-bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {
+Shadows::Covers Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {
   covers_.clear();
   // In scene order, whatever structure found them: sums and products round the same way.
-  candidates_.sort();
   const accel::World& world = scene_.world;
-  for (const accel::Candidate& candidate : candidates_.list()) {
+  for (const std::uint32_t place : candidates_.scene_order()) {
+    const accel::Candidate& candidate = candidates_.list()[place];
     const std::uint32_t id = candidate.surface.item;
     const accel::Item& item = world.items[id];
     const std::size_t first = covers_.size();
@@ -199,19 +208,27 @@ bool Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has
     } else if (item.kind == accel::Kind::cylinder && id != at.id.item && candidate.is_opaque) {
       is_simple = append_cover(world.cylinders[item.index], in_item_space(), covers_);
     }
-    if (!is_simple) return false;
+    if (!is_simple) return Covers::unknown;
     const Color& transmission = scene_.materials[scene_.item_material[id]].transmission;
+    std::size_t kept = first;
     for (std::size_t i = first; i < covers_.size(); ++i) {
-      covers_[i].is_opaque = candidate.is_opaque;
-      covers_[i].transmittance = crossings == 2 ? transmission * transmission : transmission;
+      const Extent extent = extent_of(covers_[i]);
+      if (extent == Extent::none) continue;
+      if (extent == Extent::all && candidate.is_opaque) return Covers::dark;
+      if (kept < i) covers_[kept] = covers_[i];
+      DiscCover& cover = covers_[kept++];
+      cover.is_opaque = candidate.is_opaque;
+      cover.is_whole = extent == Extent::all;
+      cover.transmittance = crossings == 2 ? transmission * transmission : transmission;
     }
+    covers_.resize(kept);
   }
   if (has_horizon) {
     covers_.push_back(cover_below_horizon(at.facing, view));
     covers_.back().is_opaque = !at.material->transmits;
     covers_.back().transmittance = own_surface(at);
   }
-  return true;
+  return Covers::listed;
 }
 
 }  // namespace penumbra::shading

@@ -84,8 +84,10 @@ class Shadows {
   Color own_surface(const ShadingPoint& at) const { return at.material->transmission; }
   /// Finds what may hide some of the disc.
   void gather(const ShadingPoint& at, const DiscView& view, bool is_above_horizon);
-  /// Fills covers_ from the candidates; false when one of them has no simple cover.
-  bool find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon);
+  /// Fills covers_ from the candidates: of the disc, some are listed to find the share of, one hides all, or one of
+  /// them has no simple cover.
+  enum class Covers { listed, dark, unknown };
+  Covers find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon);
 
   const Scene& scene_;
   const Switches& switches_;

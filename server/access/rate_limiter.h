@@ -15,7 +15,8 @@ struct Rate {
   int retry_after_s = 0;  // when not within: until the next call is
 };
 
-/// A bucket of calls for each key, full after a minute without any. May be shared between threads.
+/// A bucket of calls for each key, full after a minute without any (the generic cell rate algorithm, ITU-T I.371). May
+/// be shared between threads.
 class RateLimiter {
  public:
   using Clock = std::chrono::steady_clock;
@@ -24,13 +25,8 @@ class RateLimiter {
   Rate take(const std::string& key_id, int per_minute, Clock::time_point now);
 
  private:
-  struct Bucket {
-    double used = 0;
-    Clock::time_point at;
-  };
-
   std::mutex mutex_;
-  std::map<std::string, Bucket> buckets_;  // guarded by mutex_
+  std::map<std::string, Clock::time_point> full_at_;  // when nobody calls any more; guarded by mutex_
 };
 
 }  // namespace penumbra::access

@@ -4,6 +4,7 @@
 #include <future>
 #include <iostream>
 #include <memory>
+#include <mutex>
 
 #include "engine/render/render.h"
 #include "server/access/key_ring.h"
@@ -14,9 +15,10 @@
 #include "server/cli/stop_signals.h"
 #include "server/http/server.h"
 #include "server/jobs/job_manager.h"
+#include "server/jobs/spec_hash.h"
 #include "server/log/log.h"
 #include "server/metrics/metrics.h"
-#include "server/store/memory_store.h"
+#include "server/store/sqlite_store.h"
 #include "server/store/timed_store.h"
 
 namespace penumbra::cli {
@@ -34,6 +36,19 @@ std::unique_ptr<access::KeyRing> key_ring(const std::string& file) {
   }
 }
 
+/// Why the server ends: the first reason counts. May be shared between threads.
+class End {
+ public:
+  void ask(int status) {
+    std::call_once(once_, [&] { status_.set_value(status); });
+  }
+  int wait() { return status_.get_future().get(); }
+
+ private:
+  std::once_flag once_;
+  std::promise<int> status_;
+};
+
 int serve(ServeSettings settings) {
   if (const auto complaint = complaint_about(settings)) {
     std::cerr << "penumbra serve: " << *complaint << "\n";
@@ -41,13 +56,10 @@ int serve(ServeSettings settings) {
   }
   complete(settings);
   log::configure(*settings.http.access_log, settings.log_level);
-  if (!settings.store.empty())
-    spdlog::warn("--store {}: jobs are kept in memory in this version and are gone when the server ends",
-                 settings.store);
 
-  std::promise<void> stop_asked;
+  End end;
   std::atomic<access::KeyRing*> reloaded = nullptr;
-  const StopSignals signals([&] { stop_asked.set_value(); },
+  const StopSignals signals([&] { end.ask(status_done); },
                             [&] {
                               if (access::KeyRing* ring = reloaded) ring->reload();
                             });
@@ -57,8 +69,12 @@ int serve(ServeSettings settings) {
 
   metrics::Metrics metrics;
   settings.jobs.on_start = [&](double waited_s) { metrics.job_started(waited_s); };
-  settings.jobs.on_end = [&](const store::Ending& ending) { metrics.job_ended(ending); };
-  store::MemoryStore store;
+  settings.jobs.on_image = [&](const render::Stats& stats) { metrics.image_rendered(stats); };
+  store::SqliteStore store(
+      {settings.store, jobs::engine_version(), settings.disk_reserve_bytes, [&](const char* reason) {
+         spdlog::critical("the store has failed, the server ends: {}", reason);
+         end.ask(status_failed);
+       }});
   store::TimedStore timed_store(store, [&](auto operation, double took_s) { metrics.store_called(operation, took_s); });
   render::Pool pool(render::thread_limit(settings.threads, render::available_cores()), !settings.is_priority_normal);
   jobs::JobManager manager(settings.jobs, timed_store, pool);
@@ -67,16 +83,16 @@ int serve(ServeSettings settings) {
   std::cout << "listening on " << address_of(settings.http.listener, ports.main) << "\n";
   if (settings.http.admin) std::cout << "administration on " << address_of(*settings.http.admin, ports.admin) << "\n";
   std::cout.flush();
-  spdlog::info("{} render threads, {} jobs at once, {} may wait", pool.size(), settings.jobs.jobs,
-               settings.jobs.max_queued);
+  spdlog::info("{} render threads, {} jobs at once, {} may wait; jobs are kept in {}", pool.size(), settings.jobs.jobs,
+               settings.jobs.max_queued, settings.store);
 
-  stop_asked.get_future().wait();
+  const int status = end.wait();
   spdlog::info("stopping");
   manager.stop();
   server.stop();
   reloaded = nullptr;
   spdlog::info("stopped");
-  return status_done;
+  return status;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 
 #include "server/cli/flags.h"
 #include "server/cli/machine_memory.h"
@@ -82,20 +83,47 @@ void add_job_flags(CLI::App& command, ServeSettings& settings) {
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES")
       ->capture_default_str();
-  command.add_option("--store", settings.store, "Where jobs are kept; in this version always in memory")
+  command
+      .add_option("--store", settings.store,
+                  "The directory jobs are kept in; else $XDG_STATE_HOME/penumbra or ~/.local/state/penumbra")
       ->type_name("DIR");
   command.add_option("--job-time-limit", settings.job_time_limit_s, "Seconds a render may take; 0 is any time")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->capture_default_str();
-  command.add_option("--keep-jobs", settings.jobs.retention.max_jobs, "Finished jobs that are remembered")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command
-      .add_option("--keep-images", settings.jobs.retention.max_image_bytes, "Bytes of finished images that are kept")
+}
+
+void add_keeping_flags(CLI::App& command, ServeSettings& settings) {
+  const auto add = [&](const char* name, auto& value, const char* description) {
+    return command.add_option(name, value, description)->capture_default_str()->group("What is kept");
+  };
+  store::Retention& retention = settings.jobs.retention;
+  add("--keep-jobs", retention.max_jobs, "Finished jobs that are remembered")->check(CLI::PositiveNumber);
+  add("--keep-jobs-days", settings.keep_jobs_days, "Days for which they are")->check(CLI::PositiveNumber);
+  add("--keep-images", retention.max_image_bytes, "Bytes of finished images that are kept")
       ->transform(CLI::AsSizeValue(false))
-      ->type_name("BYTES")
-      ->capture_default_str();
+      ->type_name("BYTES");
+  add("--keep-images-hours", settings.keep_images_hours, "Hours for which they are")->check(CLI::PositiveNumber);
+  add("--disk-reserve", settings.disk_reserve_bytes, "No new jobs when the disk has fewer free bytes")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
+}
+
+/// Where this user's jobs are kept when nobody says otherwise (XDG Base Directory Specification); empty when there is
+/// no such place.
+std::string default_store() {
+  const auto value_of = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value != nullptr ? value : "");
+  };
+  // The specification wants relative paths ignored.
+  if (const std::string state = value_of("XDG_STATE_HOME"); state.starts_with('/')) return state + "/penumbra";
+  if (const std::string home = value_of("HOME"); home.starts_with('/')) return home + "/.local/state/penumbra";
+  return "";
+}
+
+std::chrono::seconds whole_seconds(double seconds) {
+  return std::chrono::seconds(static_cast<std::int64_t>(std::min(seconds, 1e9)));
 }
 
 /// One for every connection that may be open, as far as the system lets us: returns how many.
@@ -122,6 +150,7 @@ void add_serve_flags(CLI::App& command, ServeSettings& settings) {
                      "A second HOST:PORT for /healthz, /readyz and /metrics, without keys");
   add_threads_flag(command, settings.threads);
   add_job_flags(command, settings);
+  add_keeping_flags(command, settings);
   command.add_flag("--normal-priority", settings.is_priority_normal,
                    "Render threads compete with everything else instead of giving way");
   command.add_option("--log-level", settings.log_level, "What goes to standard error; requests are of level info")
@@ -147,10 +176,15 @@ std::optional<std::string> complaint_about(const ServeSettings& settings) {
   }
   if (settings.store.starts_with("postgresql://") || settings.store.starts_with("postgres://"))
     return "--store: the PostgreSQL store is not part of this version";
+  if (settings.store.empty() && default_store().empty())
+    return "--store: there is no home directory to keep jobs in; name a directory";
   return std::nullopt;
 }
 
 void complete(ServeSettings& settings) {
+  if (settings.store.empty()) settings.store = default_store();
+  settings.jobs.retention.job_age = whole_seconds(24 * 3600 * settings.keep_jobs_days);
+  settings.jobs.retention.image_age = whole_seconds(3600 * settings.keep_images_hours);
   if (settings.job_time_limit_s > 0) settings.jobs.time_limit_s = settings.job_time_limit_s;
   if (settings.max_jobs_of_key > 0) settings.http.guard.max_jobs = settings.max_jobs_of_key;
   settings.http.access_log = settings.log_format == "json" ? log::Format::json : log::Format::text;

@@ -7,6 +7,7 @@
 #include "server/cli/address.h"
 #include "server/http/server.h"
 #include "server/jobs/job_manager.h"
+#include "server/store/sqlite_store.h"
 
 namespace CLI {
 class App;
@@ -21,6 +22,8 @@ struct ServeSettings {
   int threads = scene::all_threads;
   double request_timeout_s = 30, idle_timeout_s = 15, job_time_limit_s = 0;
   std::size_t max_jobs_of_key = 64;  // 0: any number
+  double keep_jobs_days = 7, keep_images_hours = 24;
+  std::uint64_t disk_reserve_bytes = store::SqliteSettings().disk_reserve_bytes;
   jobs::Settings jobs;
   http::ServerSettings http;  // what the flags above say of it is filled in by `complete`
 

@@ -92,6 +92,8 @@ class JobEvents {
       send(event_text(api::name_of(job_.state), job_));
       return false;
     }
+    // Whoever comes back to the next server is told the rest.
+    if (manager_.is_stopping()) return false;
     const Clock::time_point now = Clock::now();
     if (now >= due_ && event_id_of(job_) > last_id_) {
       last_id_ = event_id_of(job_);

@@ -128,6 +128,10 @@ api::Problem version_not_supported() {
   return {"/problems/http-version", "The HTTP version is not supported", 505, "HTTP/1.1 and HTTP/1.0 are", {}};
 }
 
+api::Problem insufficient_storage() {
+  return {"/problems/insufficient-storage", "The disk is too full", 507, "this server's disk is too full for jobs", {}};
+}
+
 api::Problem plain_problem(int status) {
   switch (status) {
     case 400:

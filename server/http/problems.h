@@ -34,6 +34,7 @@ api::Problem internal_error();
 api::Problem not_implemented(std::string detail);
 api::Problem unavailable(std::string detail);
 api::Problem version_not_supported();
+api::Problem insufficient_storage();
 /// For a status that no other function is made for.
 api::Problem plain_problem(int status);
 

@@ -50,11 +50,15 @@ std::variant<jobs::Submission, Response> submit(const Request& request, jobs::Jo
       return problem_response(queue_full(manager.counts().max_queued), submission.retry_after_s);
     case jobs::Submission::Outcome::owner_full:
       return problem_response(too_many_jobs(request.caller.max_jobs.value_or(0)), submission.retry_after_s);
+    case jobs::Submission::Outcome::storage_full:
+      return problem_response(insufficient_storage());
     case jobs::Submission::Outcome::stopping:
       break;
   }
-  return problem_response(unavailable("the server is stopping"), stopping_retry_s);
+  return stopping_response();
 }
+
+Response stopping_response() { return problem_response(unavailable("the server is stopping"), stopping_retry_s); }
 
 Response image_response(const Request& request, const store::FoundImage& found) {
   if (found.state == store::ImageState::expired) return problem_response(image_expired());
@@ -71,9 +75,7 @@ Response image_response(const Request& request, const store::FoundImage& found) 
 
 Response unsuccessful_response(const api::JobResource& job) {
   if (job.state == api::JobState::canceled) return problem_response(job_canceled());
-  const api::Problem problem = job.error.value_or(internal_error());
-  if (problem.status == 503) return problem_response(problem, stopping_retry_s);
-  return problem_response(problem);
+  return problem_response(job.error.value_or(internal_error()));
 }
 
 }  // namespace penumbra::http

@@ -27,6 +27,8 @@ std::string fresh_id(api::Time now) {
 
 }  // namespace
 
+JobIds::JobIds(const std::string& newest) : last_(is_job_id(newest) ? newest : "") {}
+
 std::string JobIds::next(api::Time now) {
   std::string id = fresh_id(now);
   const std::lock_guard lock(mutex_);

@@ -14,6 +14,8 @@ namespace penumbra::jobs {
 /// threads.
 class JobIds {
  public:
+  /// Those to come are greater than `newest`, unless that is no id.
+  explicit JobIds(const std::string& newest = "");
   std::string next(api::Time now);
 
  private:

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "server/jobs/endings.h"
+#include "server/jobs/spec_hash.h"
 #include "server/store/sha256.h"
 
 namespace penumbra::jobs {
@@ -14,7 +14,7 @@ namespace penumbra::jobs {
 using std::chrono::system_clock;
 
 JobManager::JobManager(const Settings& settings, store::JobStore& store, render::Pool& pool)
-    : settings_(settings), store_(store), pool_(pool) {
+    : settings_(settings), store_(store), pool_(pool), ids_(store.newest_id()) {
   recover();
   for (int i = 0; i < std::max(1, settings_.jobs); ++i)
     runners_.emplace_back([this](const std::stop_token& stop) { run_jobs(stop); });
@@ -26,12 +26,12 @@ JobManager::~JobManager() { stop(); }
 void JobManager::recover() {
   const std::lock_guard lock(mutex_);
   for (store::JobRecord& record : store_.unfinished()) {
-    const auto job = std::make_shared<LiveJob>(std::move(record), nullptr, 0);
-    job->sequence = next_sequence_++;
+    const std::string spec_hash = record.spec_hash;
+    const auto job = std::make_shared<LiveJob>(std::move(record));
     add_live(job);
-    queue_.emplace(key_of(*job), job);
+    queue_.attach(job, spec_hash, nullptr, 0);
   }
-  spdlog::debug("{} unfinished jobs, {} at once", queue_.size(), settings_.jobs);
+  spdlog::debug("{} unfinished jobs, {} at once", live_.size(), settings_.jobs);
 }
 
 Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key,
@@ -52,6 +52,7 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
   store::JobRecord record;
   record.owner = submitter.owner;
   record.created_at = system_clock::now();
+  record.spec_hash = spec_hash(*request);
   record.priority = request->options.priority;
   record.progress_interval_s = request->options.progress_interval_s;
   const std::size_t body_bytes = body.size();
@@ -59,9 +60,8 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
   {
     const std::lock_guard lock(mutex_);
     if (!is_accepting_) return {Submission::Outcome::stopping, {}, 1};
-    const std::size_t busy = queue_.size() + reserved_ + running_;
     const auto places = static_cast<std::size_t>(settings_.jobs) + settings_.max_queued;
-    if (busy >= places || (!queue_.empty() && queued_bytes_ + body_bytes > settings_.max_queued_bytes)) {
+    if (live_.size() >= places || (!queue_.is_empty() && queue_.bytes() + body_bytes > settings_.max_queued_bytes)) {
       ++totals_.refused;
       return {Submission::Outcome::queue_full, {}, retry_after_s()};
     }
@@ -70,42 +70,60 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
       ++totals_.refused;
       return {Submission::Outcome::owner_full, {}, retry_after_s()};
     }
-    ++reserved_;
     record.id = ids_.next(record.created_at);
-    job = std::make_shared<LiveJob>(record, std::move(request), body_bytes);
-    job->sequence = next_sequence_++;
+    job = std::make_shared<LiveJob>(record);
     // Known before it is stored, so that no call can find it and yet not stop it.
     add_live(job);
   }
+  const auto forget = [&] {
+    const std::lock_guard lock(mutex_);
+    drop_live(record.id);
+  };
   store::Created created;
   try {
     created = store_.create(record, std::move(body), key);
+  } catch (const store::StorageFull&) {
+    forget();
+    return {Submission::Outcome::storage_full, {}, 1};
+  } catch (const store::StoreFailed&) {
+    forget();
+    return {Submission::Outcome::stopping, {}, 1};
   } catch (...) {
-    const std::lock_guard lock(mutex_);
-    --reserved_;
-    drop_live(record.id);
+    forget();
     throw;
   }
-  {
-    std::unique_lock lock(mutex_);
-    --reserved_;
-    if (created.outcome != store::Created::Outcome::created) {
-      drop_live(record.id);
-      lock.unlock();
-      return answer_of(created);
-    }
-    ++totals_.accepted;
-    if (is_accepting_) {
-      queue_.emplace(key_of(*job), job);
-      queued_bytes_ += body_bytes;
-      work_available_.notify_one();
-      api::JobResource resource = job->resource();
-      resource.queue_position = queue_position(*job);
-      return {Submission::Outcome::accepted, std::move(resource), 1};
-    }
+  if (created.outcome != store::Created::Outcome::created) {
+    forget();
+    return answer_of(created);
   }
-  end(*job, stopped(StopReason::server_stopped, 0));
-  return {Submission::Outcome::stopping, {}, 1};
+  return enter(job, created.job, std::move(request), body_bytes);
+}
+
+Submission JobManager::enter(const std::shared_ptr<LiveJob>& job, const store::JobRecord& stored,
+                             std::unique_ptr<api::JobRequest> request, std::size_t body_bytes) {
+  std::shared_ptr<SharedRender> running;
+  Submission submission{Submission::Outcome::accepted, resource_of(stored), 1};
+  std::unique_lock lock(mutex_);
+  ++totals_.accepted;
+  if (stored.state == api::JobState::succeeded) {
+    // An equal job's image was there.
+    ++totals_.succeeded;
+    drop_live(job->id());
+  } else if (job->is_cancel_asked) {
+    lock.unlock();
+    end(*job, stopped(StopReason::canceled, 0));
+  } else if (is_stopping_) {
+    drop_live(job->id());
+    job->leave();
+  } else {
+    queue_.attach(job, stored.spec_hash, std::move(request), body_bytes);
+    submission.job.queue_position = queue_.position(*job);
+    if (job->render->is_running) running = job->render;
+    work_available_.notify_one();
+  }
+  if (lock) lock.unlock();
+  if (running) start(*job, running);
+  return submission;
 }
 
 void JobManager::add_live(const std::shared_ptr<LiveJob>& job) {
@@ -134,19 +152,13 @@ std::shared_ptr<LiveJob> JobManager::find_live(const std::string& id) const {
   return job == live_.end() ? nullptr : job->second;
 }
 
-std::optional<std::int64_t> JobManager::queue_position(const LiveJob& job) const {
-  const auto place = queue_.find(key_of(job));
-  if (place == queue_.end()) return std::nullopt;
-  return std::distance(queue_.begin(), place) + 1;
-}
-
 std::optional<api::JobResource> JobManager::find(const std::string& id) const {
   {
     const std::lock_guard lock(mutex_);
     const auto job = live_.find(id);
     if (job != live_.end()) {
       api::JobResource resource = job->second->resource();
-      resource.queue_position = queue_position(*job->second);
+      resource.queue_position = queue_.position(*job->second);
       return resource;
     }
   }
@@ -171,14 +183,13 @@ JobList JobManager::list(const store::Filter& filter, std::size_t limit,
   JobList list;
   list.next_page_token = std::move(page.next_page_token);
   const std::lock_guard lock(mutex_);
-  std::unordered_map<const LiveJob*, std::int64_t> positions;
-  for (const auto& [key, job] : queue_) positions.emplace(job.get(), static_cast<std::int64_t>(positions.size()) + 1);
+  const auto positions = queue_.positions();
   for (const store::JobRecord& record : page.jobs) {
     const auto live = live_.find(record.id);
     const bool is_live = live != live_.end() && live->second->resource().state == record.state;
     api::JobResource resource = is_live ? live->second->resource() : resource_of(record);
     if (is_live) {
-      const auto position = positions.find(live->second.get());
+      const auto position = positions.find(live->second->render.get());
       if (position != positions.end()) resource.queue_position = position->second;
     }
     list.jobs.push_back(std::move(resource));
@@ -186,20 +197,14 @@ JobList JobManager::list(const store::Filter& filter, std::size_t limit,
   return list;
 }
 
-bool JobManager::take_from_queue(const LiveJob& job) {
-  if (queue_.erase(key_of(job)) == 0) return false;
-  queued_bytes_ -= job.body_bytes();
-  return true;
-}
-
 std::optional<api::JobResource> JobManager::cancel(const std::string& id) {
   if (const std::shared_ptr<LiveJob> job = find_live(id)) {
     bool is_mine = false;
     {
       const std::lock_guard lock(mutex_);
-      is_mine = take_from_queue(*job);
+      job->is_cancel_asked = true;
+      is_mine = queue_.detach(*job);
     }
-    job->ask_to_stop(StopReason::canceled);
     if (is_mine) end(*job, stopped(StopReason::canceled, 0));
   }
   return find(id);
@@ -217,8 +222,16 @@ bool JobManager::remove(const std::string& id) {
 std::optional<store::FoundImage> JobManager::image(const std::string& id) const { return store_.image(id); }
 
 std::optional<Preview> JobManager::preview(const std::string& id) const {
-  if (const std::shared_ptr<LiveJob> job = find_live(id)) {
-    std::shared_ptr<const std::string> png = job->preview();
+  std::shared_ptr<SharedRender> render;
+  bool is_live = false;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto job = live_.find(id);
+    is_live = job != live_.end();
+    if (is_live) render = job->second->render;
+  }
+  if (is_live) {
+    std::shared_ptr<const std::string> png = render ? render->preview() : nullptr;
     if (!png) return Preview{Preview::State::not_yet, nullptr};
     return Preview{Preview::State::present, std::move(png)};
   }
@@ -245,16 +258,24 @@ void JobManager::stop_accepting() {
   is_accepting_ = false;
 }
 
+bool JobManager::is_stopping() const {
+  const std::lock_guard lock(mutex_);
+  return is_stopping_;
+}
+
 void JobManager::stop() {
-  std::map<QueueKey, std::shared_ptr<LiveJob>> waiting;
+  std::vector<std::shared_ptr<LiveJob>> waiting;
   {
     const std::lock_guard lock(mutex_);
     is_accepting_ = false;
-    waiting.swap(queue_);
-    queued_bytes_ = 0;
-    for (const auto& [id, job] : live_) job->ask_to_stop(StopReason::server_stopped);
+    is_stopping_ = true;
+    while (const std::shared_ptr<SharedRender> render = queue_.take_next()) {
+      for (auto& job : queue_.close(*render)) waiting.push_back(std::move(job));
+    }
+    for (const auto& [key, render] : running_) render->ask_to_stop(StopReason::server_stopped);
   }
-  for (const auto& [key, job] : waiting) end(*job, stopped(StopReason::server_stopped, 0));
+  time_passes_.notify_all();
+  for (const auto& job : waiting) leave(*job);
   for (std::jthread& runner : runners_) runner.request_stop();
   timekeeper_.request_stop();
   for (std::jthread& runner : runners_) {
@@ -271,8 +292,9 @@ int JobManager::retry_after_s() const {
 Counts JobManager::counts() const {
   const std::lock_guard lock(mutex_);
   Counts counts = totals_;
-  counts.queued = queue_.size();
-  counts.running = running_;
+  counts.queued = queue_.waiting_jobs();
+  for (const auto& [key, render] : running_) counts.running += render->jobs.size();
+  counts.renders = running_.size();
   counts.max_queued = settings_.max_queued;
   return counts;
 }

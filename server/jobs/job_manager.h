@@ -18,6 +18,7 @@
 #include "engine/render/pool.h"
 #include "server/jobs/job_ids.h"
 #include "server/jobs/live_job.h"
+#include "server/jobs/render_queue.h"
 #include "server/store/job_store.h"
 
 namespace penumbra::jobs {
@@ -29,9 +30,9 @@ struct Settings {
   std::optional<double> time_limit_s;         // of each render
   api::Limits limits;
   store::Retention retention;
-  /// Told of each job in the thread that runs it.
+  /// Told of each job that starts and of each render that gave an image, in the thread that runs it.
   std::function<void(double waited_s)> on_start;
-  std::function<void(const store::Ending& without_image)> on_end;
+  std::function<void(const render::Stats& stats)> on_image;
 };
 
 /// Whose job it is, and how many unfinished ones they may have.
@@ -41,7 +42,7 @@ struct Submitter {
 };
 
 struct Submission {
-  enum class Outcome { accepted, repeated, key_conflict, queue_full, owner_full, stopping };
+  enum class Outcome { accepted, repeated, key_conflict, queue_full, owner_full, storage_full, stopping };
   Outcome outcome = Outcome::accepted;
   api::JobResource job;   // when accepted or repeated
   int retry_after_s = 1;  // when a queue is full
@@ -60,12 +61,13 @@ struct Preview {
 
 /// What has happened since the start, and what goes on now.
 struct Counts {
-  std::size_t queued = 0, running = 0, max_queued = 0;
+  std::size_t queued = 0, running = 0, renders = 0, max_queued = 0;  // equal jobs share a render
   std::uint64_t accepted = 0, succeeded = 0, failed = 0, canceled = 0, refused = 0;
 };
 
 /// The life of jobs: a bounded queue, higher priority first and then the older one, from which a fixed number of jobs
-/// render at once on the shared pool. Whatever a render throws fails that job alone. May be shared between threads.
+/// render at once on the shared pool. A job whose image is known has it at once, and equal jobs render together.
+/// Whatever a render throws fails its jobs alone. May be shared between threads.
 class JobManager {
  public:
   /// Takes up what the store has left unfinished. Store and pool must outlive the manager.
@@ -75,7 +77,7 @@ class JobManager {
   JobManager(const JobManager&) = delete;
   JobManager& operator=(const JobManager&) = delete;
 
-  /// Checks the body and queues the job. Throws api::InvalidBody.
+  /// Checks the body, stores the job and queues it. Throws api::InvalidBody.
   Submission submit(std::string body, const std::optional<std::string>& idempotency_key,
                     const Submitter& submitter = {});
 
@@ -83,7 +85,8 @@ class JobManager {
   std::optional<std::string> owner_of(const std::string& id) const;
 
   std::optional<api::JobResource> find(const std::string& id) const;
-  /// The job once it has ended, or as it is at `deadline`; nothing when there is none, or none any more.
+  /// The job once it has ended, or as it is at `deadline` or when the server stops; nothing when there is none, or none
+  /// any more.
   std::optional<api::JobResource> wait(const std::string& id, Clock::time_point deadline) const;
   /// Newest first; `page_token` is that of the page before.
   JobList list(const store::Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const;
@@ -101,27 +104,37 @@ class JobManager {
   bool is_accepting() const;
   /// Refuses new jobs from now on.
   void stop_accepting();
-  /// Fails every unfinished job as stopped by the server and returns when no render is left.
+  /// Leaves what is unfinished in the store, for the next start, and returns when no render is left.
   void stop();
+  /// True from `stop` on: waiting for jobs is in vain.
+  bool is_stopping() const;
 
   Counts counts() const;
   const api::Limits& limits() const { return settings_.limits; }
 
  private:
-  using QueueKey = std::pair<int, std::uint64_t>;  // (−priority, sequence): the least is next
-
-  static QueueKey key_of(const LiveJob& job) { return {-job.priority(), job.sequence}; }
   void recover();
+  /// What becomes of a job that has been stored.
+  Submission enter(const std::shared_ptr<LiveJob>& job, const store::JobRecord& stored,
+                   std::unique_ptr<api::JobRequest> request, std::size_t body_bytes);
   void run_jobs(const std::stop_token& stop);
   void keep_time(const std::stop_token& stop);
-  void run(LiveJob& job);
-  store::Ending rendered(LiveJob& job, const api::JobRequest& request);
+  void run(const std::shared_ptr<SharedRender>& render);
+  /// What to render, from memory or from the store; nothing when no job wants it any more.
+  std::unique_ptr<api::JobRequest> request_of(SharedRender& render) const;
+  /// Nothing when the server stops before it is done.
+  std::optional<store::Ending> start_and_render(const std::shared_ptr<SharedRender>& render);
+  std::optional<store::Ending> rendered(SharedRender& render, const api::JobRequest& request);
+  void start(LiveJob& job, const std::shared_ptr<SharedRender>& render);
   void end(LiveJob& job, store::Ending ending);
+  /// Stores how the job ended, or, when that is too much, that it could not be stored. False when the server must leave
+  /// the job as it is.
+  bool store_ending(const LiveJob& job, store::Ending& ending);
+  /// The server ends before the job, which stays queued in the store.
+  void leave(LiveJob& job);
+  void expire();
   std::shared_ptr<LiveJob> find_live(const std::string& id) const;
-  /// Of the waiting jobs, by id; 1 is next. mutex_ must be held.
-  std::optional<std::int64_t> queue_position(const LiveJob& job) const;
-  /// True when the job was waiting and now is the caller's to end. mutex_ must be held.
-  bool take_from_queue(const LiveJob& job);
+  std::vector<std::shared_ptr<LiveJob>> jobs_of(const SharedRender& render) const;
   int retry_after_s() const;
   /// Both need mutex_ held.
   void add_live(const std::shared_ptr<LiveJob>& job);
@@ -135,15 +148,12 @@ class JobManager {
   mutable std::mutex mutex_;
   std::condition_variable_any work_available_, time_passes_;
   // Guarded by mutex_:
-  std::map<QueueKey, std::shared_ptr<LiveJob>> queue_;
-  std::unordered_map<std::string, std::shared_ptr<LiveJob>> live_;  // queued and running
+  RenderQueue queue_;
+  std::unordered_map<std::string, std::shared_ptr<LiveJob>> live_;  // being stored, queued and running
   std::map<std::string, std::size_t> live_of_;                      // how many of them by owner
-  std::uint64_t next_sequence_ = 0;
-  std::size_t queued_bytes_ = 0;
-  std::size_t reserved_ = 0;  // places of jobs that are being stored
-  std::size_t running_ = 0;
-  bool is_accepting_ = true;
-  double average_s_ = 1;  // of recent jobs
+  std::unordered_map<SharedRender*, std::shared_ptr<SharedRender>> running_;
+  bool is_accepting_ = true, is_stopping_ = false;
+  double average_s_ = 1;  // of recent renders
   Counts totals_;
 
   std::vector<std::jthread> runners_;

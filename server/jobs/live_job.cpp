@@ -2,53 +2,27 @@
 
 #include <algorithm>
 
-#include "engine/output/encode.h"
-
 namespace penumbra::jobs {
 
 namespace {
 
-constexpr auto preview_lifetime = std::chrono::milliseconds(250);
 constexpr double most_while_running = 99.99;  // 100 is for `succeeded` alone
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 }  // namespace
 
-LiveJob::LiveJob(store::JobRecord record, std::unique_ptr<api::JobRequest> request, std::size_t body_bytes)
+LiveJob::LiveJob(store::JobRecord record)
     : id_(record.id),
       owner_(record.owner),
       created_at_(record.created_at),
       priority_(record.priority),
-      body_bytes_(body_bytes),
-      time_budget_s_(request ? request->options.time_budget_s.value_or(0) : 0),
-      request_(std::move(request)),
       record_(std::move(record)) {}
 
-void LiveJob::start(api::Time now, int width, int height) {
+void LiveJob::start(api::Time now, std::shared_ptr<const SharedRender> shared) {
   const std::lock_guard lock(mutex_);
+  if (record_.state != api::JobState::queued) return;
   record_.state = api::JobState::running;
   record_.started_at = now;
-  started_ = Clock::now();
-  width_ = width, height_ = height;
-}
-
-void LiveJob::ask_to_stop(StopReason reason) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!stop_reason_) stop_reason_ = reason;
-  }
-  control.cancel();
-}
-
-std::optional<StopReason> LiveJob::stop_reason() const {
-  const std::lock_guard lock(mutex_);
-  return stop_reason_;
-}
-
-double LiveJob::running_s() const {
-  const std::lock_guard lock(mutex_);
-  return started_ ? seconds_since(*started_) : 0;
+  running_ = std::move(shared);
 }
 
 void LiveJob::end(const store::Ending& ending) {
@@ -59,51 +33,36 @@ void LiveJob::end(const store::Ending& ending) {
     record_.finished_at = ending.finished_at;
     record_.error = ending.error;
     record_.stats = ending.stats;
+    running_.reset();
   }
   has_ended_.notify_all();
 }
 
-std::optional<double> LiveJob::eta_s(double percent) const {
-  if (!started_) return std::nullopt;
-  const double elapsed_s = seconds_since(*started_);
-  std::optional<double> left_s;
-  // The first tiles say little about the rest.
-  if (percent >= 1) left_s = elapsed_s * (100 - percent) / percent;
-  if (time_budget_s_ > 0) {
-    const double budget_left_s = std::max(0.0, time_budget_s_ - elapsed_s);
-    left_s = std::min(left_s.value_or(budget_left_s), budget_left_s);
+void LiveJob::leave() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_left_ = true;
   }
-  return left_s;
+  has_ended_.notify_all();
+}
+
+api::Time LiveJob::not_before(api::Time now) const {
+  const std::lock_guard lock(mutex_);
+  return std::max({now, record_.created_at, record_.started_at.value_or(record_.created_at)});
 }
 
 api::JobResource LiveJob::resource() const {
   const std::lock_guard lock(mutex_);
   if (record_.state != api::JobState::running) return resource_of(record_);
-  record_.percent = std::max(record_.percent, std::min(control.percent(), most_while_running));
+  record_.percent = std::max(record_.percent, std::min(running_->control.percent(), most_while_running));
   api::JobResource resource = resource_of(record_);
-  resource.eta_s = eta_s(record_.percent);
+  resource.eta_s = running_->eta_s();
   return resource;
 }
 
 void LiveJob::wait_until_final(Clock::time_point deadline) const {
   std::unique_lock lock(mutex_);
-  has_ended_.wait_until(lock, deadline, [&] { return api::is_final(record_.state); });
-}
-
-std::shared_ptr<const std::string> LiveJob::preview() const {
-  const std::lock_guard preview_lock(preview_mutex_);
-  if (preview_ && Clock::now() - previewed_ < preview_lifetime) return preview_;
-  int width = 0, height = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!started_) return nullptr;
-    width = width_, height = height_;
-  }
-  render::Film done = control.preview();
-  if (done.width == 0) done = render::Film(width, height);
-  preview_ = std::make_shared<const std::string>(output::encode(done, output::Encoding{}));
-  previewed_ = Clock::now();
-  return preview_;
+  has_ended_.wait_until(lock, deadline, [&] { return is_left_ || api::is_final(record_.state); });
 }
 
 api::JobResource resource_of(const store::JobRecord& record) {

@@ -1,82 +1,53 @@
 #pragma once
-#include <chrono>
 #include <condition_variable>
-#include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
-#include "api/job_request.h"
 #include "api/job_resource.h"
-#include "engine/render/control.h"
+#include "server/jobs/shared_render.h"
 #include "server/store/job_store.h"
 
 namespace penumbra::jobs {
 
-using Clock = std::chrono::steady_clock;
-
-enum class StopReason { canceled, out_of_time, server_stopped };
-
 /// A job that waits or runs, and how it ended while someone still watches. May be shared between threads.
 class LiveJob {
  public:
-  /// `request` may be missing, when the job comes from the store.
-  LiveJob(store::JobRecord record, std::unique_ptr<api::JobRequest> request, std::size_t body_bytes);
+  explicit LiveJob(store::JobRecord record);
 
   const std::string& id() const { return id_; }
   const std::string& owner() const { return owner_; }
   api::Time created_at() const { return created_at_; }
   int priority() const { return priority_; }
-  std::size_t body_bytes() const { return body_bytes_; }
-  /// Its place among jobs of the same priority; set before the job is shared.
-  std::uint64_t sequence = 0;
-  /// Progress out of the render, a cancel into it.
-  render::Control control;
 
-  /// What to render; nothing when it must be read from the store. Only for the thread that runs the job.
-  std::unique_ptr<api::JobRequest> take_request() { return std::move(request_); }
+  // Guarded by the mutex of the JobManager:
+  std::shared_ptr<SharedRender> render;  // nothing while the job is being stored
+  bool is_cancel_asked = false;
 
-  /// queued → running.
-  void start(api::Time now, int width, int height);
-  /// Makes the render return soon. The first reason counts.
-  void ask_to_stop(StopReason reason);
-  std::optional<StopReason> stop_reason() const;
-  /// Since `start`; 0 before.
-  double running_s() const;
+  /// queued → running, as the render it takes part in does.
+  void start(api::Time now, std::shared_ptr<const SharedRender> shared);
   void end(const store::Ending& ending);
+  /// The server ends before the job does: nobody need wait any longer.
+  void leave();
 
+  /// `now`, or the last thing that has happened to the job when the clock was set back since.
+  api::Time not_before(api::Time now) const;
   /// Everything but the queue position. `percent` never falls.
   api::JobResource resource() const;
-  /// Returns when the job has ended, or at `deadline`.
+  /// Returns when the job has ended or the server is about to, or at `deadline`.
   void wait_until_final(Clock::time_point deadline) const;
 
-  /// A PNG of the tiles done so far, black elsewhere; a new one at most every quarter of a second. Nothing before
-  /// `start`.
-  std::shared_ptr<const std::string> preview() const;
-
  private:
-  std::optional<double> eta_s(double percent) const;
-
   const std::string id_, owner_;
   const api::Time created_at_;
   const int priority_;
-  const std::size_t body_bytes_;
-  const double time_budget_s_;  // 0: none
-  std::unique_ptr<api::JobRequest> request_;
 
   mutable std::mutex mutex_;
   mutable std::condition_variable has_ended_;
   // Guarded by mutex_:
   mutable store::JobRecord record_;
-  std::optional<StopReason> stop_reason_;
-  std::optional<Clock::time_point> started_;
-  int width_ = 0, height_ = 0;  // pixels
-
-  mutable std::mutex preview_mutex_;
-  // Guarded by preview_mutex_:
-  mutable std::shared_ptr<const std::string> preview_;
-  mutable Clock::time_point previewed_;
+  std::shared_ptr<const SharedRender> running_;  // the render, while it runs
+  bool is_left_ = false;
 };
 
 /// The record as clients see it, without a queue position.

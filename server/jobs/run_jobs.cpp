@@ -15,61 +15,96 @@ using std::chrono::system_clock;
 
 void JobManager::run_jobs(const std::stop_token& stop) {
   while (true) {
-    std::shared_ptr<LiveJob> job;
+    std::shared_ptr<SharedRender> render;
     {
       std::unique_lock lock(mutex_);
-      if (!work_available_.wait(lock, stop, [&] { return !queue_.empty(); })) return;
-      job = queue_.begin()->second;
-      take_from_queue(*job);
-      ++running_;
+      if (!work_available_.wait(lock, stop, [&] { return !queue_.is_empty(); })) return;
+      render = queue_.take_next();
+      running_.emplace(render.get(), render);
     }
-    run(*job);
+    run(render);
   }
 }
 
-void JobManager::run(LiveJob& job) {
-  store::Ending ending;
+std::vector<std::shared_ptr<LiveJob>> JobManager::jobs_of(const SharedRender& render) const {
+  const std::lock_guard lock(mutex_);
+  return render.jobs;
+}
+
+void JobManager::run(const std::shared_ptr<SharedRender>& render) {
+  std::optional<store::Ending> ending;
   try {
-    std::unique_ptr<api::JobRequest> request = job.take_request();
-    if (!request) {
-      request = std::make_unique<api::JobRequest>(api::parse_job(store_.spec(job.id()).value_or(""), settings_.limits));
-    }
-    const api::Time now = system_clock::now();
-    store_.start(job.id(), now);
-    job.start(now, request->options.width, request->options.height);
-    spdlog::debug("job {} started", job.id());
-    if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
-    ending = rendered(job, *request);
+    ending = start_and_render(render);
   } catch (const api::InvalidBody& invalid) {
     // Accepted once, but not by this version or under these limits.
     ending = failure(invalid.problem());
+  } catch (const store::StoreFailed&) {
+    ending.reset();
+  } catch (const store::StorageFull&) {
+    ending = not_stored();
   } catch (const std::bad_alloc&) {
-    spdlog::error("job {}: out of memory", job.id());
+    spdlog::error("a render: out of memory");
     ending = failure({"/problems/out-of-memory", "Out of memory", 500, "the server ran out of memory", {}});
   } catch (const std::exception& error) {
-    spdlog::error("job {}: {}", job.id(), error.what());
+    spdlog::error("a render: {}", error.what());
     ending = failure({"/problems/render-failed", "The render failed", 500, "the render failed; the log says why", {}});
   }
-  if (ending.state != api::JobState::succeeded) ending.percent = job.resource().percent;
-  const double took_s = job.running_s();
+  if (settings_.on_image && ending && ending->stats) settings_.on_image(*ending->stats);
+  const double took_s = render->running_s();
+  std::vector<std::shared_ptr<LiveJob>> jobs;
   {
     const std::lock_guard lock(mutex_);
-    --running_;
+    jobs = queue_.close(*render);
+    running_.erase(render.get());
     average_s_ += (took_s - average_s_) / 8;
   }
-  end(job, std::move(ending));
+  for (const std::shared_ptr<LiveJob>& job : jobs) {
+    if (!ending) {
+      leave(*job);
+      continue;
+    }
+    store::Ending own = *ending;
+    if (own.state != api::JobState::succeeded) own.percent = job->resource().percent;
+    end(*job, std::move(own));
+  }
 }
 
-store::Ending JobManager::rendered(LiveJob& job, const api::JobRequest& request) {
-  const auto stopped_here = [&]() -> std::optional<store::Ending> {
-    const std::optional<StopReason> reason = job.stop_reason();
-    if (!reason) return std::nullopt;
-    return stopped(*reason, settings_.time_limit_s.value_or(0));
+std::unique_ptr<api::JobRequest> JobManager::request_of(SharedRender& render) const {
+  if (std::unique_ptr<api::JobRequest> request = render.take_request()) return request;
+  for (const std::shared_ptr<LiveJob>& job : jobs_of(render)) {
+    // Nothing when it has been canceled just now.
+    const std::optional<std::string> body = store_.spec(job->id());
+    if (body) return std::make_unique<api::JobRequest>(api::parse_job(*body, settings_.limits));
+  }
+  return nullptr;
+}
+
+void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render) {
+  const api::Time now = job.not_before(system_clock::now());
+  if (store_.start(job.id(), now)) {
+    job.start(now, render);
+    if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
+  }
+  spdlog::debug("job {} started", job.id());
+}
+
+std::optional<store::Ending> JobManager::start_and_render(const std::shared_ptr<SharedRender>& render) {
+  const std::unique_ptr<api::JobRequest> request = request_of(*render);
+  if (!request) return stopped(StopReason::canceled, 0);
+  render->start(request->options.width, request->options.height);
+  for (const std::shared_ptr<LiveJob>& job : jobs_of(*render)) start(*job, render);
+  return rendered(*render, *request);
+}
+
+std::optional<store::Ending> JobManager::rendered(SharedRender& render, const api::JobRequest& request) {
+  const auto stopped_here = [&](StopReason reason) -> std::optional<store::Ending> {
+    if (reason == StopReason::server_stopped) return std::nullopt;
+    return stopped(reason, settings_.time_limit_s.value_or(0));
   };
-  if (auto ending = stopped_here()) return *ending;
+  if (const auto reason = render.stop_reason()) return stopped_here(*reason);
   if (request.options.format == scene::ImageFormat::exr) output::preload();
-  std::optional<render::Picture> picture = render::render(request.scene, request.options, pool_, job.control);
-  if (auto ending = stopped_here()) return *ending;
+  std::optional<render::Picture> picture = render::render(request.scene, request.options, pool_, render.control);
+  if (const auto reason = render.stop_reason()) return stopped_here(*reason);
   if (!picture) return failure({"/problems/render-failed", "The render failed", 500, "the render gave no image", {}});
 
   const Clock::time_point start = Clock::now();
@@ -82,7 +117,7 @@ store::Ending JobManager::rendered(LiveJob& job, const api::JobRequest& request)
   if (encoding.format != scene::ImageFormat::png)
     image.png_preview = std::make_shared<const std::string>(output::encode(picture->film, output::Encoding{}));
   // Whoever asked for a cancel was told that the job is on its way there.
-  if (auto ending = stopped_here()) return *ending;
+  if (const auto reason = render.stop_reason()) return stopped_here(*reason);
 
   store::Ending ending;
   ending.stats = picture->stats;
@@ -90,20 +125,39 @@ store::Ending JobManager::rendered(LiveJob& job, const api::JobRequest& request)
   return ending;
 }
 
-void JobManager::end(LiveJob& job, store::Ending ending) {
-  ending.finished_at = system_clock::now();
-  store::Ending without_image{ending.state, ending.percent, ending.finished_at, ending.error, ending.stats, {}};
-  spdlog::debug("job {} {}", job.id(), api::name_of(ending.state));
-  try {
-    // Stored before anyone hears of it.
-    store_.finish(job.id(), std::move(ending));
-    store_.expire(settings_.retention, system_clock::now());
-  } catch (const std::exception& error) {
-    spdlog::critical("job {}: cannot be stored: {}", job.id(), error.what());
+bool JobManager::store_ending(const LiveJob& job, store::Ending& ending) {
+  constexpr auto pause = std::chrono::seconds(1);
+  while (true) {
+    try {
+      store_.finish(job.id(), ending);
+      return true;
+    } catch (const store::StoreFailed&) {
+      return false;
+    } catch (const std::exception& error) {
+      spdlog::error("job {}: its end cannot be stored: {}", job.id(), error.what());
+    }
+    if (ending.image) {
+      const api::Time finished_at = ending.finished_at;
+      ending = not_stored();
+      ending.finished_at = finished_at;
+      ending.percent = job.resource().percent;
+      continue;
+    }
+    // Not even a few bytes: until there is room again, or somebody ends the server.
+    std::unique_lock lock(mutex_);
+    if (time_passes_.wait_for(lock, pause, [&] { return is_stopping_; })) return false;
   }
+}
+
+void JobManager::end(LiveJob& job, store::Ending ending) {
+  // Stored before anyone hears of it.
+  ending.finished_at = job.not_before(system_clock::now());
+  if (!store_ending(job, ending)) return leave(job);
+  spdlog::debug("job {} {}", job.id(), api::name_of(ending.state));
+  expire();
   {
     const std::lock_guard lock(mutex_);
-    switch (without_image.state) {
+    switch (ending.state) {
       case api::JobState::succeeded:
         ++totals_.succeeded;
         break;
@@ -115,8 +169,29 @@ void JobManager::end(LiveJob& job, store::Ending ending) {
     }
     drop_live(job.id());
   }
-  if (settings_.on_end) settings_.on_end(without_image);
-  job.end(without_image);
+  job.end(ending);
+}
+
+void JobManager::leave(LiveJob& job) {
+  try {
+    const api::JobResource now = job.resource();
+    if (now.state == api::JobState::running) store_.put_back(job.id(), now.percent);
+  } catch (const std::exception& error) {
+    spdlog::error("job {}: the store counts it as one the server died of: {}", job.id(), error.what());
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    drop_live(job.id());
+  }
+  job.leave();
+}
+
+void JobManager::expire() {
+  try {
+    store_.expire(settings_.retention, system_clock::now());
+  } catch (const std::exception& error) {
+    spdlog::error("nothing can be removed from the store: {}", error.what());
+  }
 }
 
 void JobManager::keep_time(const std::stop_token& stop) {
@@ -126,12 +201,12 @@ void JobManager::keep_time(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
     if (settings_.time_limit_s) {
-      for (const auto& [id, job] : live_) {
-        if (job->running_s() > *settings_.time_limit_s) job->ask_to_stop(StopReason::out_of_time);
+      for (const auto& [key, render] : running_) {
+        if (render->running_s() > *settings_.time_limit_s) render->ask_to_stop(StopReason::out_of_time);
       }
     }
     lock.unlock();
-    store_.expire(settings_.retention, system_clock::now());
+    expire();
     lock.lock();
     time_passes_.wait_for(lock, stop, tick, [] { return false; });
   }

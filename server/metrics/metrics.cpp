@@ -64,6 +64,8 @@ void sample_jobs(const jobs::Counts& jobs, std::vector<MetricFamily>& families) 
                          .add(number(jobs.queued), {{"state", "queued"}})
                          .add(number(jobs.running), {{"state", "running"}})
                          .done());
+  families.push_back(
+      gauge("penumbra_renders", "Renders under way; equal jobs share one.").add(number(jobs.renders)).done());
   families.push_back(gauge("penumbra_queue_limit", "Jobs that may wait at most.").add(number(jobs.max_queued)).done());
   families.push_back(counter("penumbra_jobs_accepted_total", "Jobs taken.").add(number(jobs.accepted)).done());
   families.push_back(counter("penumbra_jobs_refused_total", "Jobs refused because a queue was full.")
@@ -113,7 +115,7 @@ struct Metrics::Families {
                               .Add({}, job_buckets);
   Histogram& render = prometheus::BuildHistogram()
                           .Name("penumbra_render_seconds")
-                          .Help("Time spent rendering jobs that succeeded.")
+                          .Help("Time spent on each render that gave an image.")
                           .Register(registry)
                           .Add({}, job_buckets);
   Histogram& error = prometheus::BuildHistogram()
@@ -123,7 +125,7 @@ struct Metrics::Families {
                          .Add({}, error_buckets);
   Family<Counter>& rays = prometheus::BuildCounter()
                               .Name("penumbra_rays_total")
-                              .Help("Rays of jobs that succeeded, by kind.")
+                              .Help("Rays of renders that gave an image, by kind.")
                               .Register(registry);
   Counter& camera = rays.Add({{"kind", "camera"}});
   Counter& shadow = rays.Add({{"kind", "shadow"}});
@@ -156,9 +158,7 @@ void Metrics::event_streams_changed(int by) { families_->event_streams.Increment
 
 void Metrics::job_started(double waited_s) { families_->queue_wait.Observe(waited_s); }
 
-void Metrics::job_ended(const store::Ending& ending) {
-  if (!ending.stats) return;
-  const render::Stats& stats = *ending.stats;
+void Metrics::image_rendered(const render::Stats& stats) {
   families_->render.Observe(stats.render_s);
   families_->error.Observe(stats.estimated_error);
   families_->camera.Increment(static_cast<double>(stats.rays.camera));

@@ -3,8 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "engine/render/stats.h"
 #include "server/jobs/job_manager.h"
-#include "server/store/job_store.h"
 
 namespace penumbra::metrics {
 
@@ -25,7 +25,7 @@ class Metrics {
   void event_streams_changed(int by);
 
   void job_started(double waited_s);
-  void job_ended(const store::Ending& ending);
+  void image_rendered(const render::Stats& stats);
   void store_called(std::string_view operation, double seconds);
 
   /// Prometheus text format 0.0.4.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,12 +18,14 @@ using api::Time;
 
 /// What is kept of a job, its spec and its image aside.
 struct JobRecord {
-  std::string id;     // ids of later jobs are greater, byte by byte
-  std::string owner;  // who may see it; empty: no keys are asked for
+  std::string id;         // ids of later jobs are greater, byte by byte
+  std::string owner;      // who may see it; empty: no keys are asked for
+  std::string spec_hash;  // jobs of equal hashes have the same image; empty: this one's is like no other
   JobState state = JobState::queued;
   int priority = 0;
   double progress_interval_s = 0.5;
-  double percent = 0;  // where a job that has ended stood
+  double percent = 0;  // where a job that has ended or was put back stood
+  int crashes = 0;     // how often the server died while it rendered this
   Time created_at;
   std::optional<Time> started_at, finished_at;
   std::optional<api::Problem> error;
@@ -48,7 +51,7 @@ struct IdempotencyKey {
 
 struct Created {
   enum class Outcome {
-    created,
+    created,   // stored; already succeeded when an equal job's image was there
     repeated,  // the key has been used with the same body: `job` is what it made
     conflict,  // the key has been used with another body; nothing was stored
   };
@@ -92,19 +95,36 @@ struct FoundImage {
   Image image;  // when present
 };
 
+/// There is not enough room on the disk; nothing was changed.
+class StorageFull : public std::runtime_error {
+ public:
+  StorageFull() : std::runtime_error("the disk is too full") {}
+};
+
+/// The store has met an error after which nobody knows what the disk holds. It takes no changes any more; whether the
+/// one that threw this was made shows at the next start.
+class StoreFailed : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Where jobs live: the one interface of every store. What a call that changes something has returned from, a durable
-/// store will not lose. All members may be called from any thread.
+/// store will not lose. All members may be called from any thread. Those that change something may throw StorageFull
+/// and StoreFailed.
 class JobStore {
  public:
   virtual ~JobStore() = default;
 
-  /// Stores a queued job and the body it was made from. A key whose job was canceled is free again.
+  /// Stores a queued job and the body it was made from. When the image of a job with the same spec_hash is kept, the
+  /// new job has it too and has succeeded. A key whose job was canceled is free again.
   virtual Created create(const JobRecord& job, std::string spec, const std::optional<IdempotencyKey>& key) = 0;
   /// What `create` would answer to this key if it is taken.
   virtual std::optional<Created> find_key(const IdempotencyKey& key) const = 0;
 
   /// queued → running. False when the job is gone or not queued.
   virtual bool start(const std::string& id, Time started_at) = 0;
+  /// running → queued: an orderly stop, `percent` into the job. False when the job is gone or not running.
+  virtual bool put_back(const std::string& id, double percent) = 0;
   /// Any unfinished state → the ending. False, and nothing changes, when the job is gone or has ended. The spec is no
   /// longer kept.
   virtual bool finish(const std::string& id, Ending ending) = 0;
@@ -120,6 +140,8 @@ class JobStore {
   virtual Page list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const = 0;
   /// Queued and running jobs, oldest first: what is left to do after a restart.
   virtual std::vector<JobRecord> unfinished() const = 0;
+  /// The greatest id there is; empty when there are no jobs. New ones must be greater, whatever the clock says.
+  virtual std::string newest_id() const = 0;
 
   /// Drops images, then finished jobs, that are older than allowed or, oldest first, too many.
   virtual void expire(const Retention& retention, Time now) = 0;

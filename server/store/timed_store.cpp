@@ -39,6 +39,11 @@ bool TimedStore::start(const std::string& id, Time started_at) {
   return store_.start(id, started_at);
 }
 
+bool TimedStore::put_back(const std::string& id, double percent) {
+  const Stopwatch stopwatch(report_, "put_back");
+  return store_.put_back(id, percent);
+}
+
 bool TimedStore::finish(const std::string& id, Ending ending) {
   const Stopwatch stopwatch(report_, "finish");
   return store_.finish(id, std::move(ending));
@@ -72,6 +77,11 @@ Page TimedStore::list(const Filter& filter, std::size_t limit, const std::option
 std::vector<JobRecord> TimedStore::unfinished() const {
   const Stopwatch stopwatch(report_, "unfinished");
   return store_.unfinished();
+}
+
+std::string TimedStore::newest_id() const {
+  const Stopwatch stopwatch(report_, "newest_id");
+  return store_.newest_id();
 }
 
 void TimedStore::expire(const Retention& retention, Time now) {

@@ -1,5 +1,6 @@
 #include "tests/server/fixture.h"
 
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -14,11 +15,14 @@ http::ServerSettings on_free_port(http::ServerSettings settings) {
 
 jobs::Settings with_metrics(jobs::Settings settings, metrics::Metrics& metrics) {
   settings.on_start = [&](double waited_s) { metrics.job_started(waited_s); };
-  settings.on_end = [&](const store::Ending& ending) { metrics.job_ended(ending); };
+  settings.on_image = [&](const render::Stats& stats) { metrics.image_rendered(stats); };
   return settings;
 }
 
 }  // namespace
+
+TestStore::TestStore(std::uint64_t disk_reserve_bytes)
+    : SqliteStore({path(), "test", disk_reserve_bytes, [](const char*) {}}) {}
 
 TestServer::TestServer(const jobs::Settings& jobs, http::ServerSettings http)
     : timed_store_(store_, [this](auto operation, double took_s) { metrics_.store_called(operation, took_s); }),
@@ -55,6 +59,11 @@ bool eventually(const std::function<bool()>& is_so) {
   return true;
 }
 
+std::string fresh_seed() {
+  static std::atomic<int> next = 1000;
+  return R"(, "seed": )" + std::to_string(next++);
+}
+
 std::string small_job(std::string_view options) {
   const std::string scene = R"({"scene": {
     "camera": {"position": [0, 0, 5], "direction": [0, 0, -1], "vertical_fov": 40},
@@ -62,6 +71,8 @@ std::string small_job(std::string_view options) {
     "lights": [{"type": "point", "position": [3, 4, 5], "intensity": 1}]}, "options": {)";
   return scene + std::string(options) + "}}";
 }
+
+std::string another_job() { return small_job(R"("width": 16, "height": 16)" + fresh_seed()); }
 
 std::string endless_job(std::string_view more) {
   return small_job(R"("width": 1200, "height": 1200, "samples_per_pixel": 1024)" + std::string(more));

@@ -6,9 +6,16 @@
 
 #include "server/http/server.h"
 #include "server/jobs/job_manager.h"
-#include "server/store/memory_store.h"
+#include "server/store/sqlite_store.h"
 #include "server/store/timed_store.h"
 #include "tests/server/client.h"
+#include "tests/support/temporary_directory.h"
+
+/// A store in a directory of its own.
+class TestStore : penumbra::test::TemporaryDirectory, public penumbra::store::SqliteStore {
+ public:
+  explicit TestStore(std::uint64_t disk_reserve_bytes = 0);
+};
 
 /// A whole server in this process, on a free port.
 class TestServer {
@@ -29,7 +36,7 @@ class TestServer {
 
  private:
   penumbra::metrics::Metrics metrics_;
-  penumbra::store::MemoryStore store_;
+  TestStore store_;
   penumbra::store::TimedStore timed_store_;
   penumbra::render::Pool pool_;
   penumbra::jobs::JobManager manager_;
@@ -40,7 +47,12 @@ class TestServer {
 /// Whether `is_so` becomes true within half a minute.
 bool eventually(const std::function<bool()>& is_so);
 
+/// Another seed each time, so that the job has an image that no other has.
+std::string fresh_seed();
+
 /// A sphere under a light; `options` are JSON members such as R"("width": 16)".
 std::string small_job(std::string_view options = R"("width": 16, "height": 16)");
+/// Likewise, with an image that no other job has.
+std::string another_job();
 /// The same for minutes. `more` are further options, each after a comma.
 std::string endless_job(std::string_view more = "");

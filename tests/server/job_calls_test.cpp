@@ -124,11 +124,11 @@ TEST_CASE("no such job, no such path, no such method") {
 TEST_CASE("lists are paged, newest first, and filtered by state") {
   const TestServer server(one_at_a_time());
   std::vector<std::string> ids;
-  for (int i = 0; i < 5; ++i) ids.push_back(server.submit(small_job()));
+  for (int i = 0; i < 5; ++i) ids.push_back(server.submit(another_job()));
   for (const std::string& id : ids) REQUIRE(server.reaches(id, "succeeded"));
   const std::string running = server.submit(endless_job());
   REQUIRE(server.reaches(running, "running"));
-  const std::string queued = server.submit(small_job());
+  const std::string queued = server.submit(another_job());
 
   std::vector<std::string> seen;
   std::string token;
@@ -160,7 +160,7 @@ TEST_CASE("canceling: while queued, while running, twice, and too late") {
   const TestServer server(one_at_a_time());
   const std::string running = server.submit(endless_job());
   REQUIRE(server.reaches(running, "running"));
-  const std::string queued = server.submit(endless_job());
+  const std::string queued = server.submit(endless_job(fresh_seed()));
   const std::string next = server.submit(small_job());
   CHECK(server.job(next).at("queue_position") == 2);
   check_problem(call(server.port(), "GET", "/v1/jobs/" + queued + "/preview"), 409, "no-image");
@@ -196,7 +196,7 @@ TEST_CASE("a deleted job is gone, and was canceled before") {
   const TestServer server(one_at_a_time());
   const std::string running = server.submit(endless_job());
   REQUIRE(server.reaches(running, "running"));
-  const std::string queued = server.submit(endless_job()), last = server.submit(small_job());
+  const std::string queued = server.submit(endless_job(fresh_seed())), last = server.submit(small_job());
   for (const std::string& id : {queued, running}) {
     const Reply reply = call(server.port(), "DELETE", "/v1/jobs/" + id);
     CHECK(reply.status == 204);
@@ -231,7 +231,8 @@ TEST_CASE("an image that has expired is gone for good") {
   const std::string first = server.submit(small_job());
   REQUIRE(server.reaches(first, "succeeded"));
   REQUIRE(call(server.port(), "GET", "/v1/jobs/" + first + "/image").status == 200);
-  for (int i = 0; i < 4; ++i) post(server.port(), "/v1/render", small_job());
+  for (const int width : {17, 18, 19, 20})
+    post(server.port(), "/v1/render", small_job(R"("height": 16, "width": )" + std::to_string(width)));
   for (const char* what : {"/image", "/preview"})
     check_problem(call(server.port(), "GET", "/v1/jobs/" + first + what), 410, "image-expired");
   CHECK(server.state_of(first) == "succeeded");

@@ -23,9 +23,9 @@ TEST_CASE("a full queue answers 429 and harms nobody who is in it") {
   const TestServer server(settings_for(1, 2));
   const std::string running = server.submit(endless_job());
   REQUIRE(server.reaches(running, "running"));
-  const std::string first = server.submit(small_job()), second = server.submit(small_job());
+  const std::string first = server.submit(another_job()), second = server.submit(another_job());
   for (const char* path : {"/v1/jobs", "/v1/render"}) {
-    const Reply refused = post(server.port(), path, small_job());
+    const Reply refused = post(server.port(), path, another_job());
     CHECK(refused.status == 429);
     CHECK(json::parse(refused.body).at("type") == "/problems/queue-full");
     CHECK(std::stoi(refused.headers.at("retry-after")) >= 1);
@@ -34,7 +34,7 @@ TEST_CASE("a full queue answers 429 and harms nobody who is in it") {
   call(server.port(), "POST", "/v1/jobs/" + running + "/cancel");
   CHECK(server.reaches(first, "succeeded"));
   CHECK(server.reaches(second, "succeeded"));
-  CHECK(post(server.port(), "/v1/render", small_job()).status == 200);
+  CHECK(post(server.port(), "/v1/render", another_job()).status == 200);
 }
 
 TEST_CASE("without a queue a job still runs when nothing else does") {
@@ -52,7 +52,7 @@ TEST_CASE("the bodies of waiting jobs have a budget too") {
   const std::string running = server.submit(endless_job());
   REQUIRE(server.reaches(running, "running"));
   int accepted = 0;
-  while (post(server.port(), "/v1/jobs", small_job()).status == 202) ++accepted;
+  while (post(server.port(), "/v1/jobs", another_job()).status == 202) ++accepted;
   CHECK(accepted >= 1);
   CHECK(accepted < 10);
 }
@@ -62,7 +62,8 @@ TEST_CASE("higher priorities go first, equal ones in order") {
   const std::string running = server.submit(endless_job());
   REQUIRE(server.reaches(running, "running"));
   const auto submit = [&](int priority) {
-    return server.submit(small_job(R"("width": 8, "height": 8, "priority": )" + std::to_string(priority)));
+    return server.submit(
+        small_job(R"("width": 8, "height": 8, "priority": )" + std::to_string(priority) + fresh_seed()));
   };
   const std::string low = submit(-5), usual = submit(0), later = submit(0), high = submit(50);
   CHECK(server.job(high).at("queue_position") == 1);
@@ -120,7 +121,7 @@ TEST_CASE("a job that takes longer than allowed fails with a reason") {
 }
 
 TEST_CASE("what a store has left unfinished is taken up") {
-  store::MemoryStore store;
+  TestStore store;
   store::JobRecord record;
   record.id = "01JDF3Z4N6Q8R0S2T4V6X8Y0Z2";
   record.created_at = std::chrono::system_clock::now();
@@ -136,19 +137,29 @@ TEST_CASE("what a store has left unfinished is taken up") {
   CHECK(manager.find(invalid.id)->error->status == 422);
 }
 
-TEST_CASE("stopping fails what is not done and wakes whoever waits") {
-  store::MemoryStore store;
+TEST_CASE("stopping leaves what is not done in the store and wakes whoever waits") {
+  TestStore store;
   render::Pool pool(2);
-  jobs::JobManager manager(settings_for(1, 10), store, pool);
-  const std::string running = manager.submit(endless_job(), {}).job.id, queued = manager.submit(small_job(), {}).job.id;
-  std::jthread waiter([&] {
-    const auto job = manager.wait(queued, jobs::Clock::now() + std::chrono::seconds(30));
-    CHECK(job->state == api::JobState::failed);
-  });
-  manager.stop();
-  for (const std::string& id : {running, queued}) {
-    CHECK(manager.find(id)->state == api::JobState::failed);
-    CHECK(manager.find(id)->error->type == "/problems/server-stopped");
+  std::string running, queued;
+  {
+    jobs::JobManager manager(settings_for(1, 10), store, pool);
+    running = manager.submit(endless_job(), {}).job.id;
+    queued = manager.submit(small_job(), {}).job.id;
+    REQUIRE(eventually([&] { return manager.find(running)->percent > 0; }));
+    std::jthread waiter([&] {
+      const auto job = manager.wait(queued, jobs::Clock::now() + std::chrono::seconds(30));
+      CHECK(job->state == api::JobState::queued);
+      CHECK(manager.is_stopping());
+    });
+    manager.stop();
+    for (const std::string& id : {running, queued}) CHECK(manager.find(id)->state == api::JobState::queued);
+    CHECK(manager.find(running)->percent > 0);
+    CHECK(store.find(running)->crashes == 0);
+    CHECK(manager.submit(small_job(), {}).outcome == jobs::Submission::Outcome::stopping);
   }
-  CHECK(manager.submit(small_job(), {}).outcome == jobs::Submission::Outcome::stopping);
+  jobs::JobManager next(settings_for(2, 10), store, pool);
+  CHECK(next.find(running)->percent > 0);  // never falls
+  CHECK(eventually([&] { return next.find(queued)->state == api::JobState::succeeded; }));
+  CHECK(eventually([&] { return next.find(running)->state == api::JobState::running; }));
+  CHECK(next.submit(small_job(R"("width": 8, "height": 8)"), {}).job.id > queued);
 }

@@ -1,7 +1,8 @@
 // The page, as a person meets it: choose an example, render, watch the percentage, see the picture, make a mistake, cancel.
 import assert from 'node:assert/strict';
 import {spawn} from 'node:child_process';
-import {mkdirSync} from 'node:fs';
+import {mkdirSync, mkdtempSync, rmSync} from 'node:fs';
+import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {createInterface} from 'node:readline';
 import {test, before, after} from 'node:test';
@@ -10,6 +11,7 @@ import {locate} from '../../clients/web/locate.js';
 
 const bin = process.argv[2];
 const pictures = join(bin, '..', 'web-test');
+const store = mkdtempSync(join(tmpdir(), 'penumbra-'));
 const flags = ['--no-sandbox', '--disable-gpu', '--no-first-run', '--disable-background-networking',
                '--disable-component-update', '--disable-sync', '--disable-quic'];
 let server, url, browser, page;
@@ -17,7 +19,7 @@ const complaints = [];
 
 before(async () => {
   mkdirSync(pictures, {recursive: true});
-  server = spawn(join(bin, 'penumbra'), ['serve', '--listen', '127.0.0.1:0', '--log-level', 'off'], {stdio: ['ignore', 'pipe', 'inherit']});
+  server = spawn(join(bin, 'penumbra'), ['serve', '--listen', '127.0.0.1:0', '--store', store, '--log-level', 'off'], {stdio: ['ignore', 'pipe', 'inherit']});
   for await (const line of createInterface(server.stdout)) {
     url = line.match(/^listening on (.*)$/)?.[1];
     if (url) break;
@@ -32,7 +34,10 @@ before(async () => {
 
 after(async () => {
   await browser?.close();
+  const gone = new Promise(resolve => server ? server.once('exit', resolve) : resolve());
   server?.kill('SIGTERM');
+  await gone;
+  rmSync(store, {recursive: true});
 });
 
 /// Waits until the function, run in the page, says so. (The page's own policy forbids the library's way, which is eval.)

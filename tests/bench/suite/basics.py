@@ -64,29 +64,36 @@ def seed():
 
 
 def server():
-    process = subprocess.Popen([BIN / "penumbra", "serve", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
+    folder = tempfile.mkdtemp()
+    process = subprocess.Popen([BIN / "penumbra", "serve", "--listen", "127.0.0.1:0", "--store", folder], stdout=subprocess.PIPE,
                                stderr=subprocess.DEVNULL, text=True)
-    try:
-        address = process.stdout.readline().rsplit("http://", 1)[1].strip()
-        connection = http.client.HTTPConnection(address)
-        scene = {"camera": {"position": [0, 0, 5], "direction": [0, 0, -1], "vertical_fov": 40},
-                 "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
-                 "lights": [{"type": "point", "position": [3, 4, 5], "intensity": 1, "radius": 0.5}]}
-        body = json.dumps({"scene": scene, "options": {"width": 16, "height": 16}})
+    scene = {"camera": {"position": [0, 0, 5], "direction": [0, 0, -1], "vertical_fov": 40},
+             "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
+             "lights": [{"type": "point", "position": [3, 4, 5], "intensity": 1, "radius": 0.5}]}
+
+    def times_of(connection, seeds):
         times = []
-        for _ in range(220):
+        for seed in seeds:
+            body = json.dumps({"scene": scene, "options": {"width": 16, "height": 16, "seed": seed}})
             start = time.perf_counter()
             connection.request("POST", "/v1/render", body, {"Content-Type": "application/json"})
             response = connection.getresponse()
             image = response.read()
             times.append(1000 * (time.perf_counter() - start))
             assert response.status == 200 and image.startswith(b"\x89PNG"), response.status
-        times = sorted(times[20:])
+        return sorted(times[20:])
+
+    try:
+        connection = http.client.HTTPConnection(process.stdout.readline().rsplit("http://", 1)[1].strip())
+        fresh, found = times_of(connection, range(220)), times_of(connection, 220 * [0])
         print_table("POST /v1/render of a 16 x 16 job, kept connection, 200 requests",
-                    [("", "ms"), ("median", f"{statistics.median(times):.2f}"), ("p99", f"{times[int(0.99 * len(times))]:.2f}")])
+                    [("", "median ms", "p99 ms")] +
+                    [(name, f"{statistics.median(times):.2f}", f"{times[int(0.99 * len(times))]:.2f}")
+                     for name, times in (("rendered and stored", fresh), ("found again", found))])
     finally:
         process.terminate()
         process.wait()
+        shutil.rmtree(folder)
 
 
 def build():

@@ -1,10 +1,9 @@
-#include "server/store/memory_store.h"
+#include "tests/support/memory_store.h"
 
-#include <algorithm>
 #include <iterator>
 #include <utility>
 
-namespace penumbra::store {
+namespace penumbra::test {
 
 namespace {
 
@@ -12,13 +11,10 @@ std::size_t size_of(const Image& image) {
   return (image.bytes ? image.bytes->size() : 0) + (image.png_preview ? image.png_preview->size() : 0);
 }
 
-/// Owners have no control characters.
-std::string name_of(const IdempotencyKey& key) { return key.owner + '\0' + key.key; }
-
 }  // namespace
 
 std::optional<Created> MemoryStore::use_of(const IdempotencyKey& key) const {
-  const auto use = keys_.find(name_of(key));
+  const auto use = keys_.find({key.owner, key.key});
   if (use == keys_.end()) return std::nullopt;
   const JobRecord& job = entries_.at(use->second.id).job;
   if (job.state == JobState::canceled) return std::nullopt;
@@ -28,12 +24,25 @@ std::optional<Created> MemoryStore::use_of(const IdempotencyKey& key) const {
 
 Created MemoryStore::create(const JobRecord& job, std::string spec, const std::optional<IdempotencyKey>& key) {
   const std::lock_guard lock(mutex_);
+  KeyName name;
   if (key) {
     if (std::optional<Created> use = use_of(*key)) return std::move(*use);
-    keys_[name_of(*key)] = {key->body_sha256, job.id};
+    name = {key->owner, key->key};
+    keys_[name] = {key->body_sha256, job.id};
   }
-  entries_.insert_or_assign(job.id, Entry{job, std::move(spec), key ? name_of(*key) : "", {}});
-  return {Created::Outcome::created, job};
+  Entry entry{job, std::move(spec), name, {}};
+  for (const auto& [id, other] : entries_) {
+    if (job.spec_hash.empty() || other.job.spec_hash != job.spec_hash) continue;
+    if (other.found.state != ImageState::present) continue;
+    entry.job.state = JobState::succeeded;
+    entry.job.percent = 100;
+    entry.job.started_at = entry.job.finished_at = job.created_at;
+    entry.job.stats = other.job.stats;
+    keep_image(entry, other.found.image);
+    ++finished_jobs_;
+    break;
+  }
+  return {Created::Outcome::created, entries_.emplace(job.id, std::move(entry)).first->second.job};
 }
 
 std::optional<Created> MemoryStore::find_key(const IdempotencyKey& key) const {
@@ -50,6 +59,16 @@ bool MemoryStore::start(const std::string& id, Time started_at) {
   return true;
 }
 
+bool MemoryStore::put_back(const std::string& id, double percent) {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end() || entry->second.job.state != JobState::running) return false;
+  entry->second.job.state = JobState::queued;
+  entry->second.job.started_at.reset();
+  entry->second.job.percent = percent;
+  return true;
+}
+
 bool MemoryStore::finish(const std::string& id, Ending ending) {
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find(id);
@@ -61,17 +80,24 @@ bool MemoryStore::finish(const std::string& id, Ending ending) {
   entry.job.error = std::move(ending.error);
   entry.job.stats = std::move(ending.stats);
   entry.spec = std::string();
-  if (ending.image) {
-    entry.found = {ImageState::present, std::move(*ending.image)};
-    image_bytes_ += size_of(entry.found.image);
-  }
+  if (ending.image) keep_image(entry, std::move(*ending.image));
   ++finished_jobs_;
   return true;
 }
 
+void MemoryStore::keep_image(Entry& entry, Image image) {
+  KeptImage& kept = images_[image.sha256];
+  if (kept.jobs++ == 0) image_bytes_ += kept.bytes = size_of(image);
+  entry.found = {ImageState::present, std::move(image)};
+}
+
 void MemoryStore::drop_image(Entry& entry) {
   if (entry.found.state != ImageState::present) return;
-  image_bytes_ -= size_of(entry.found.image);
+  const auto kept = images_.find(entry.found.image.sha256);
+  if (--kept->second.jobs == 0) {
+    image_bytes_ -= kept->second.bytes;
+    images_.erase(kept);
+  }
   entry.found = {ImageState::expired, {}};
 }
 
@@ -121,7 +147,8 @@ Page MemoryStore::list(const Filter& filter, std::size_t limit, const std::optio
   while (entry != entries_.begin()) {
     --entry;
     const JobRecord& job = entry->second.job;
-    if ((filter.state && job.state != *filter.state) || (filter.owner && job.owner != *filter.owner)) continue;
+    if (filter.state && job.state != *filter.state) continue;
+    if (filter.owner && job.owner != *filter.owner) continue;
     if (page.jobs.size() == limit) {
       page.next_page_token = page.jobs.back().id;
       break;
@@ -140,23 +167,27 @@ std::vector<JobRecord> MemoryStore::unfinished() const {
   return jobs;
 }
 
-void MemoryStore::expire(const Retention& retention, Time now) {
+std::string MemoryStore::newest_id() const {
   const std::lock_guard lock(mutex_);
-  const auto shortest_age = std::min(retention.image_age, retention.job_age);
-  for (auto entry = entries_.begin(); entry != entries_.end();) {
-    const JobRecord& job = entry->second.job;
-    const bool is_within_bounds = image_bytes_ <= retention.max_image_bytes && finished_jobs_ <= retention.max_jobs;
-    // A job ends after it was created, and all that follow were created later.
-    if (is_within_bounds && now - job.created_at <= shortest_age) return;
-    if (!api::is_final(job.state)) {
-      ++entry;
-      continue;
-    }
-    const auto age = now - job.finished_at.value_or(job.created_at);
-    if (age > retention.image_age || image_bytes_ > retention.max_image_bytes) drop_image(entry->second);
-    const bool is_forgotten = age > retention.job_age || finished_jobs_ > retention.max_jobs;
-    entry = is_forgotten ? erase(entry) : std::next(entry);
-  }
+  return entries_.empty() ? "" : entries_.rbegin()->first;
 }
 
-}  // namespace penumbra::store
+void MemoryStore::expire(const Retention& retention, Time now) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [id, entry] : entries_) {
+    if (now - entry.job.finished_at.value_or(now) > retention.image_age) drop_image(entry);
+  }
+  for (auto& [id, entry] : entries_) {
+    if (image_bytes_ > retention.max_image_bytes) drop_image(entry);
+  }
+  const auto forget_if = [&](const auto& is_forgotten) {
+    for (auto entry = entries_.begin(); entry != entries_.end();) {
+      const JobRecord& job = entry->second.job;
+      entry = api::is_final(job.state) && is_forgotten(job) ? erase(entry) : std::next(entry);
+    }
+  };
+  forget_if([&](const JobRecord& job) { return now - job.finished_at.value_or(now) > retention.job_age; });
+  forget_if([&](const JobRecord&) { return finished_jobs_ > retention.max_jobs; });
+}
+
+}  // namespace penumbra::test

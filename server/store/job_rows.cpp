@@ -1,0 +1,57 @@
+#include "server/store/job_rows.h"
+
+namespace penumbra::store {
+
+namespace {
+
+std::string text(const Query& row, Column column) { return row.text(static_cast<int>(column)); }
+std::int64_t integer(const Query& row, Column column) { return row.integer(static_cast<int>(column)); }
+bool is_null(const Query& row, Column column) { return row.is_null(static_cast<int>(column)); }
+
+Time time_of(std::int64_t nanoseconds) {
+  return Time(std::chrono::duration_cast<Time::duration>(std::chrono::nanoseconds(nanoseconds)));
+}
+
+std::optional<Time> optional_time(const Query& row, Column column) {
+  if (is_null(row, column)) return std::nullopt;
+  return time_of(integer(row, column));
+}
+
+std::optional<std::int64_t> number_of(const std::optional<Time>& time) {
+  if (!time) return std::nullopt;
+  return store::number_of(*time);
+}
+
+}  // namespace
+
+JobRecord job_of(const Query& row) {
+  const std::int64_t state = integer(row, Column::state);
+  JobRecord job;
+  job.id = text(row, Column::id);
+  if (state < number_of(JobState::queued) || state > number_of(JobState::canceled))
+    throw std::runtime_error("the record of job " + job.id + " is damaged");
+  job.owner = text(row, Column::owner);
+  job.state = static_cast<JobState>(state);
+  job.priority = static_cast<int>(integer(row, Column::priority));
+  job.progress_interval_s = row.real(static_cast<int>(Column::progress_interval_s));
+  job.percent = row.real(static_cast<int>(Column::percent));
+  job.crashes = static_cast<int>(integer(row, Column::crashes));
+  job.created_at = time_of(integer(row, Column::created_at));
+  job.started_at = optional_time(row, Column::started_at);
+  job.finished_at = optional_time(row, Column::finished_at);
+  if (!is_null(row, Column::error)) job.error = unpacked_problem(text(row, Column::error));
+  if (!is_null(row, Column::stats)) job.stats = unpacked_stats(text(row, Column::stats));
+  job.spec_hash = text(row, Column::spec_hash);
+  return job;
+}
+
+void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image) {
+  const std::optional<std::string> error = packed_if_any(job.error), stats = packed_if_any(job.stats);
+  database.query("INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)")
+      .with(job.id, job.owner, number_of(job.state), job.priority, job.progress_interval_s, job.percent, job.crashes,
+            number_of(job.created_at), number_of(job.started_at), number_of(job.finished_at), error, stats,
+            job.spec_hash, image)
+      .run();
+}
+
+}  // namespace penumbra::store

@@ -1,0 +1,255 @@
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "tests/store/directories.h"
+#include "tests/store/records.h"
+#include "tests/support/memory_store.h"
+
+// What the durable store does beyond the suite.
+
+using namespace penumbra::test;
+
+TEST_CASE("everything is there again after a stop, and after a crash") {
+  const TemporaryDirectory directory;
+  const std::string open = directory / "open", crashed = directory / "crashed";
+  {
+    SqliteStore store(in_directory(open));
+    for (const char* id : {"a", "b", "c", "d"}) store.create(job_like(id, id, "ann"), "body", {});
+    store.create(job_of("e"), "the body", IdempotencyKey{"key", "sum", ""});
+    finish(store, "a", success("bytes"));
+    finish(store, "b", end_in(JobState::failed));
+    store.start("c", noon);
+    copy_open_store(open, crashed);
+    store.put_back("c", 12);
+  }
+  for (const std::string& path : {open, crashed}) {
+    SqliteStore store(in_directory(path));
+    CHECK(store.find("a")->state == JobState::succeeded);
+    CHECK(store.find("a")->owner == "ann");
+    CHECK(*store.image("a")->image.bytes == "bytes");
+    CHECK(store.find("b")->error->detail == "it broke");
+    CHECK(store.find("c")->state == JobState::queued);
+    CHECK(store.find("c")->crashes == (path == crashed ? 1 : 0));
+    CHECK(store.find("c")->percent == (path == crashed ? 0 : 12));
+    CHECK(ids_of(store.unfinished()) == std::vector<std::string>{"c", "d", "e"});
+    CHECK(store.spec("e") == "the body");
+    CHECK(store.find_key({"key", "sum", ""})->job.id == "e");
+    CHECK(store.create(job_like("f", "a"), "body", {}).job.state == JobState::succeeded);
+  }
+}
+
+TEST_CASE("files of images go when the last job that has them goes") {
+  const TemporaryDirectory directory;
+  SqliteStore store(in_directory(directory.path()));
+  for (const char* id : {"a", "b"}) {
+    store.create(job_of(id), "body", {});
+    Ending ending = success("float bytes");
+    ending.image->png_preview = std::make_shared<const std::string>("png bytes");
+    finish(store, id, ending);
+  }
+  store.create(job_of("c"), "body", {});
+  finish(store, "c", success("png bytes"));
+  store.remove("a");
+  CHECK(files_in(directory / "blobs") == 2);
+  store.remove("b");
+  CHECK(files_in(directory / "blobs") == 1);
+  CHECK(*store.image("c")->image.bytes == "png bytes");
+  store.remove("c");
+  CHECK(files_in(directory / "blobs") == 0);
+}
+
+TEST_CASE("an image whose file is gone has expired and is not found again; a damaged one is an error") {
+  const TemporaryDirectory directory;
+  SqliteStore store(in_directory(directory.path()));
+  store.create(job_like("a", "hash"), "body", {});
+  finish(store, "a", success("bytes"));
+  std::ofstream(blob_path(directory.path(), "bytes")) << "bytez";
+  CHECK_THROWS_AS(store.image("a"), std::runtime_error);
+  fs::remove(blob_path(directory.path(), "bytes"));
+  CHECK(store.image("a")->state == ImageState::expired);
+  CHECK(store.create(job_like("b", "hash"), "body", {}).job.state == JobState::queued);
+  finish(store, "b", success("bytes"));
+  CHECK(*store.image("a")->image.bytes == "bytes");
+}
+
+TEST_CASE("another engine's images are not found again") {
+  const TemporaryDirectory directory;
+  SqliteSettings settings = in_directory(directory.path());
+  {
+    SqliteStore store(settings);
+    store.create(job_like("a", "hash"), "body", {});
+    finish(store, "a", success("bytes"));
+    store.create(job_like("b", "other"), "body", {});
+  }
+  settings.engine_version = "2";
+  SqliteStore store(settings);
+  CHECK(store.create(job_like("c", "hash"), "body", {}).job.state == JobState::queued);
+  CHECK(store.find("b")->spec_hash.empty());
+  CHECK(*store.image("a")->image.bytes == "bytes");
+}
+
+TEST_CASE("a clock that is set back loses and reorders nothing") {
+  const TemporaryDirectory directory;
+  {
+    SqliteStore store(in_directory(directory.path()));
+    store.create(job_of("a", noon), "body", {});
+    finish(store, "a", success("one", noon));
+    store.create(job_of("b", noon - hours(100)), "body", {});
+    finish(store, "b", success("two", noon - hours(100)));
+    store.expire({}, noon - hours(100));
+  }
+  SqliteStore store(in_directory(directory.path()));
+  CHECK(ids_of(store.list({}, 10, {}).jobs) == std::vector<std::string>{"b", "a"});
+  CHECK(store.newest_id() == "b");
+  Retention retention;
+  retention.max_image_bytes = 3;
+  store.expire(retention, noon - hours(99));
+  // The older one goes, whatever the clock said.
+  CHECK(store.image("a")->state == ImageState::expired);
+  CHECK(store.image("b")->state == ImageState::present);
+}
+
+TEST_CASE("below the reserve no job is taken, but those that are there end") {
+  const TemporaryDirectory directory;
+  SqliteSettings settings = in_directory(directory.path());
+  SqliteStore(settings).create(job_of("a"), "body", {});
+  settings.disk_reserve_bytes = ~std::uint64_t{0};
+  SqliteStore store(settings);
+  CHECK_THROWS_AS(store.create(job_of("b"), "body", {}), StorageFull);
+  CHECK_FALSE(store.find("b"));
+  finish(store, "a", success("bytes"));
+  CHECK(store.image("a")->state == ImageState::present);
+}
+
+TEST_CASE("many threads share commits, and none is lost") {
+  const TemporaryDirectory directory;
+  constexpr int threads = 16, jobs = 40;
+  {
+    SqliteStore store(in_directory(directory.path()));
+    std::vector<std::jthread> clients;
+    for (int thread = 0; thread < threads; ++thread) {
+      clients.emplace_back([&store, thread] {
+        for (int job = 0; job < jobs; ++job) {
+          const std::string id = std::to_string(1000 * thread + job);
+          store.create(job_of(id), "body", {});
+          store.start(id, noon);
+          if (job % 2 == 0) store.finish(id, success("image " + std::to_string(job)));
+          if (job % 3 == 0) store.remove(id);
+        }
+      });
+    }
+  }
+  const SqliteStore store(in_directory(directory.path()));
+  for (int thread = 0; thread < threads; ++thread) {
+    for (int job = 0; job < jobs; ++job) {
+      const auto found = store.find(std::to_string(1000 * thread + job));
+      REQUIRE(found.has_value() == (job % 3 != 0));
+      if (found) CHECK(found->state == (job % 2 == 0 ? JobState::succeeded : JobState::queued));
+      if (found && job % 2 == 0) CHECK(*store.image(found->id)->image.bytes == "image " + std::to_string(job));
+    }
+  }
+}
+
+TEST_CASE("ten thousand jobs are listed, counted and expired soon") {
+  FreshSqliteStore store;
+  std::atomic<int> next = 0;
+  {
+    std::vector<std::jthread> clients;
+    for (int i = 0; i < 64; ++i) {
+      clients.emplace_back([&] {
+        for (int job = next++; job < 10'000; job = next++) {
+          const std::string id = std::to_string(100'000 + job);
+          store.create(job_like(id, id, job % 100 == 0 ? "ann" : "bob"), "body", {});
+          if (job % 10 != 0) store.finish(id, end_in(JobState::canceled));
+        }
+      });
+    }
+  }
+  const auto start = std::chrono::steady_clock::now();
+  CHECK(store.unfinished().size() == 1000);
+  CHECK(ids_of(store.list({{}, "ann"}, 2, {}).jobs) == std::vector<std::string>{"109900", "109800"});
+  CHECK(store.list({JobState::canceled, {}}, 1000, "105000").jobs.front().id == "104999");
+  Retention retention;
+  retention.max_jobs = 100;
+  store.expire(retention, noon);
+  CHECK(store.list({JobState::canceled, {}}, 1000, {}).jobs.size() == 100);
+  CHECK(store.unfinished().size() == 1000);
+  CHECK(std::chrono::steady_clock::now() - start < seconds(10));
+}
+
+TEST_CASE("any order of calls leaves the durable store as the plain one") {
+  const TemporaryDirectory directory;
+  MemoryStore plain;
+  auto durable = std::make_unique<SqliteStore>(in_directory(directory.path()));
+  std::mt19937 random(11);
+  const auto below = [&](unsigned n) { return static_cast<int>(random() % n); };
+  int jobs = 0;
+  Retention retention;
+  retention.max_jobs = 15;
+  retention.max_image_bytes = 60;
+  for (int step = 0; step < 3000; ++step) {
+    const std::string id = std::to_string(10'000 + below(static_cast<unsigned>(jobs) + 1));
+    const std::string some = std::to_string(below(5));
+    switch (below(9)) {
+      case 0:
+      case 1: {
+        const std::string fresh = std::to_string(10'000 + jobs++);
+        const JobRecord job = job_like(fresh, below(2) == 0 ? "" : some, below(2) == 0 ? "" : "ann");
+        std::optional<IdempotencyKey> key;
+        if (below(2) == 0) key = IdempotencyKey{some, std::to_string(below(2)), job.owner};
+        const Created a = plain.create(job, "body " + fresh, key), b = durable->create(job, "body " + fresh, key);
+        REQUIRE(a.outcome == b.outcome);
+        REQUIRE(a.job.id == b.job.id);
+        REQUIRE(a.job.state == b.job.state);
+        break;
+      }
+      case 2:
+        REQUIRE(plain.start(id, noon) == durable->start(id, noon));
+        break;
+      case 3:
+        REQUIRE(plain.put_back(id, 5) == durable->put_back(id, 5));
+        break;
+      case 4:
+      case 5: {
+        const Ending ending = success("image " + some, noon + hours(below(30)));
+        REQUIRE(plain.finish(id, ending) == durable->finish(id, ending));
+        break;
+      }
+      case 6: {
+        const Ending ending = end_in(below(2) == 0 ? JobState::canceled : JobState::failed);
+        REQUIRE(plain.finish(id, ending) == durable->finish(id, ending));
+        break;
+      }
+      case 7:
+        if (below(4) == 0) REQUIRE(plain.remove(id) == durable->remove(id));
+        break;
+      default: {
+        const Time now = noon + hours(below(40));
+        plain.expire(retention, now);
+        durable->expire(retention, now);
+        if (below(20) == 0) {
+          for (const JobRecord& job : plain.unfinished()) {
+            plain.put_back(job.id, 7);
+            durable->put_back(job.id, 7);
+          }
+          durable.reset();
+          durable = std::make_unique<SqliteStore>(in_directory(directory.path()));
+        }
+      }
+    }
+    const Page a = plain.list({}, 100, {}), b = durable->list({}, 100, {});
+    REQUIRE(ids_of(a.jobs) == ids_of(b.jobs));
+    REQUIRE(ids_of(plain.unfinished()) == ids_of(durable->unfinished()));
+    for (std::size_t i = 0; i < a.jobs.size(); ++i) {
+      REQUIRE(a.jobs[i].state == b.jobs[i].state);
+      REQUIRE(a.jobs[i].percent == b.jobs[i].percent);
+      const auto own = plain.image(a.jobs[i].id), other = durable->image(a.jobs[i].id);
+      REQUIRE(own->state == other->state);
+      if (own->state == ImageState::present) REQUIRE(*own->image.bytes == *other->image.bytes);
+    }
+  }
+}

@@ -1,0 +1,15 @@
+#pragma once
+
+namespace penumbra::test {
+
+/// The calls that can be made to fail: those of write and pwrite, of fsync and fdatasync, of rename, of the allocator.
+enum class Fault { write, sync, rename, allocation };
+
+}  // namespace penumbra::test
+
+extern "C" {
+/// From now on the calls of one kind number `first` to `last`, counted from 1, fail with this errno.
+void arm_fault(int kind, long first, long last, int error);
+/// Nothing fails any more; returns how many calls there were.
+long disarm_fault();
+}
