@@ -1,4 +1,5 @@
 // The page: edits a job's JSON, submits it, follows its events, shows previews, the picture and errors at their place.
+import {call, follow as followEvents, key, setKey, urlOf} from './calls.js';
 import {locate} from './locate.js';
 
 const by = id => document.getElementById(id);
@@ -139,11 +140,13 @@ async function submit(event) {
   setBusy(true);
   showState('Sending', 0);
   try {
-    const answer = await fetch('/v1/jobs', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: body.value});
+    if (!by('access').hidden) setKey(by('key').value.trim());
+    const answer = await call('/v1/jobs', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: body.value});
     const value = await answer.json();
     if (!answer.ok) {
       showProblem(value);
       showState('Not accepted');
+      if (answer.status === 401) askForKey();
       setBusy(false);
       return;
     }
@@ -154,27 +157,31 @@ async function submit(event) {
   }
 }
 
+function askForKey() {
+  by('access').hidden = false;
+  by('key').value = key();
+  by('key').focus();
+}
+
 function follow(resource) {
   job = resource;
   showState('Queued', 0);
-  events = new EventSource(job.links.events);
-  events.addEventListener('progress', event => {
-    const {percent, state, eta_s: eta} = JSON.parse(event.data);
+  events = followEvents(job.links.events, ['progress', 'succeeded', 'failed', 'canceled'], (name, data) => {
+    if (name !== 'progress') return finish();
+    const {percent, state, eta_s: eta} = JSON.parse(data);
     const rest = eta == null || percent < 1 ? '' : `, about ${Math.max(1, Math.round(eta))} s left`;
     showState(state === 'queued' ? 'Queued' : `Rendering${rest}`, percent);
-  });
-  for (const end of ['succeeded', 'failed', 'canceled']) events.addEventListener(end, finish);
-  events.addEventListener('error', streamLost);
+  }, streamLost);
   previewTimer = setInterval(showPreview, 1000);
 }
 
 // The browser comes back by itself after a cut, but not after a refusal.
-async function streamLost() {
-  if (events.readyState !== EventSource.CLOSED) return showState('The connection is lost, trying again', bar.value);
+async function streamLost(isOver) {
+  if (!isOver) return showState('The connection is lost, trying again', bar.value);
   const followed = job.id;
   await new Promise(resolve => setTimeout(resolve, 2000));
   if (job.id !== followed || !by('render').disabled) return;
-  const answer = await fetch(job.links.self).catch(() => null);
+  const answer = await call(job.links.self).catch(() => null);
   if (answer?.status === 404) return giveUp('The server no longer knows this job');
   clearInterval(previewTimer);
   follow(job);
@@ -188,10 +195,11 @@ function giveUp(text) {
   showState(text);
 }
 
-function showPreview() {
+async function showPreview() {
   const image = new Image();
-  const url = `${job.links.preview}?${Date.now()}`;
   const followed = job.id;
+  const url = await urlOf(`${job.links.preview}?${Date.now()}`).catch(() => null);
+  if (!url) return;
   image.onload = () => {
     if (previewTimer && job.id === followed) showPicture(url, 'The picture so far');
   };
@@ -199,6 +207,7 @@ function showPreview() {
 }
 
 function showPicture(url, text) {
+  if (picture.src.startsWith('blob:')) URL.revokeObjectURL(picture.src);
   picture.src = url;
   picture.alt = text;
   picture.hidden = false;
@@ -209,7 +218,7 @@ async function finish() {
   clearInterval(previewTimer);
   previewTimer = 0;
   try {
-    const answer = await fetch(job.links.self);
+    const answer = await call(job.links.self);
     if (!answer.ok) return giveUp('The server no longer knows this job');
     job = await answer.json();
   } catch {
@@ -218,8 +227,9 @@ async function finish() {
   setBusy(false);
   if (job.state === 'succeeded') {
     showState('Done', 100);
-    showPicture(job.links.image, 'The rendered scene');
-    by('download').href = job.links.image;
+    const url = await urlOf(job.links.image).catch(() => job.links.image);
+    showPicture(url, 'The rendered scene');
+    by('download').href = url;
     by('download').hidden = false;
     showStats(job.stats);
   } else if (job.state === 'failed') {
@@ -250,7 +260,7 @@ function showStats({build_s, render_s, encode_s, rays, estimated_error}) {
 
 by('job').addEventListener('submit', submit);
 by('cancel').addEventListener('click', () => {
-  fetch(job.links.cancel, {method: 'POST'}).catch(() => showState('The server does not answer', bar.value));
+  call(job.links.cancel, {method: 'POST'}).catch(() => showState('The server does not answer', bar.value));
 });
 by('example').addEventListener('change', openExample);
 body.addEventListener('input', () => { showOptions(); clearErrors(); });

@@ -1,5 +1,7 @@
 #include "engine/accel/world.h"
 
+#include "engine/accel/tree.h"
+#include "engine/accel/wide_tree.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
@@ -32,6 +34,10 @@ std::optional<math::Bounds> local_bounds(const World& world, const Item& item) {
 }
 
 }  // namespace
+
+math::Bounds bounds_of(const Structure& structure) {
+  return structure.wide ? structure.wide->bounds() : structure.plain->root().box;
+}
 
 std::optional<math::Bounds> bounds_of(const World& world, const Item& item) {
   const std::optional<math::Bounds> box = local_bounds(world, item);

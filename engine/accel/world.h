@@ -67,6 +67,9 @@ struct World {
   std::vector<std::uint32_t> infinite_items;
 };
 
+/// Encloses everything in the structure; may be empty, or without end where there is no telling.
+math::Bounds bounds_of(const Structure& structure);
+
 /// Enclosing box of an item in world space, rounded outwards; nothing for an infinite one, or a patch.
 std::optional<math::Bounds> bounds_of(const World& world, const Item& item);
 

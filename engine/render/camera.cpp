@@ -29,6 +29,13 @@ Camera::Camera(const scene::Camera& camera, int width, int height)
   if (camera.lens) aperture_radius_ = camera.lens->aperture_radius, focus_distance_ = camera.lens->focus_distance;
 }
 
+std::optional<accel::Shaft> Camera::shaft(double left, double top, double right, double bottom) const {
+  if (is_orthographic_ || has_lens()) return std::nullopt;
+  const auto towards = [&](double x, double y) { return ray(x, y, {0, 0}).direction; };
+  return accel::Shaft(position_,
+                      {towards(left, top), towards(right, top), towards(right, bottom), towards(left, bottom)}, true);
+}
+
 shading::PixelWidth Camera::pixel_width() const {
   const double width = std::max(plane_width_ / image_width_, plane_height_ / image_height_);
   return is_orthographic_ ? shading::PixelWidth{width, 0} : shading::PixelWidth{0, width / plane_distance_};

@@ -59,6 +59,14 @@ shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_sto
   return {scene_, {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches_}, is_stopped};
 }
 
+std::optional<math::Color> PixelSampler::background_of(const Canvas::Tile& tile) const {
+  const accel::World& world = scene_.world;
+  if (!world.infinite_items.empty()) return std::nullopt;
+  const std::optional<accel::Shaft> shaft = camera_.shaft(tile.left, tile.top, tile.right, tile.bottom);
+  if (!shaft || !shaft->misses(accel::bounds_of(world.structure))) return std::nullopt;
+  return scene_.background;
+}
+
 PixelSampler::Pixel PixelSampler::sample(int column, int row, shading::Integrator& integrator) const {
   Pixel pixel = sample_one(column, row, integrator);
   if (stride_ > 1) {

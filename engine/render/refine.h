@@ -1,8 +1,10 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "engine/render/camera.h"
+#include "engine/render/canvas.h"
 #include "engine/scene/options.h"
 #include "engine/shading/integrator.h"
 
@@ -30,6 +32,9 @@ class PixelSampler {
   };
   /// Depends on seed, pixel and pass alone.
   Pixel sample(int column, int row, shading::Integrator& integrator) const;
+
+  /// The color of every pixel of the tile, if it shows nothing but the background for certain.
+  std::optional<math::Color> background_of(const Canvas::Tile& tile) const;
 
   /// An integrator for `sample`, for one thread.
   shading::Integrator integrator(const std::function<bool()>& is_stopped) const;

@@ -20,8 +20,10 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::uint64_t merged_lights) {
+std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::uint64_t merged_lights,
+                                             std::uint64_t empty_tiles) {
   return {{"area_samples_exact", c.area_samples_exact},
+          {"empty_tiles", empty_tiles},
           {"lights_facing_away", c.lights_facing_away},
           {"lights_without_effect", c.lights_without_effect},
           {"merged_lights", merged_lights},
@@ -34,13 +36,23 @@ std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::ui
 
 /// What painting a tile leaves behind. Summed in tile order, so that it depends on nothing else.
 struct TileRecord {
-  shading::Counters counters;  // of every pass
-  double squared_error = 0;    // summed over pixels and channels, of the last pass that was finished
+  shading::Counters counters;     // of every pass
+  std::uint64_t empty_tiles = 0;  // likewise
+  double squared_error = 0;       // summed over pixels and channels, of the last pass that was finished
 };
 
-/// Paints one tile into `canvas`; false if `is_stopped` cut it short.
+/// Paints one tile into `canvas`; `skips_empty`: without rays if it shows nothing. False if `is_stopped` cut it short.
 bool paint(const Canvas::Tile& tile, int stride, const PixelSampler& sampler, const std::function<bool()>& is_stopped,
-           Canvas& canvas, TileRecord& record) {
+           bool skips_empty, Canvas& canvas, TileRecord& record) {
+  const std::optional<math::Color> background = sampler.background_of(tile);
+  record.empty_tiles += background ? 1 : 0;
+  if (background && skips_empty) {
+    for (int y = tile.top; y < tile.bottom; ++y) {
+      for (int x = tile.left; x < tile.right; ++x) canvas.set(x, y, *background);
+    }
+    record.squared_error = 0;
+    return !is_stopped();
+  }
   shading::Integrator integrator = sampler.integrator(is_stopped);
   double squared_error = 0;
   for (int row = tile.top; row < tile.bottom && !is_stopped(); row += stride) {
@@ -101,7 +113,7 @@ std::optional<Picture> render(const scene::Description& description, const scene
     const std::uint64_t tile_work = pass.work / records.size();
     pool.run(canvas->tile_count(), threads, [&](std::int64_t task) {
       const int index = static_cast<int>(task);
-      if (!paint(canvas->tile(index), pass.stride, sampler, is_stopped, *canvas,
+      if (!paint(canvas->tile(index), pass.stride, sampler, is_stopped, switches.empty_tiles, *canvas,
                  records[static_cast<std::size_t>(index)]))
         return;
       canvas->mark_done(index);
@@ -113,12 +125,16 @@ std::optional<Picture> render(const scene::Description& description, const scene
   control.finish();
   shading::Counters counters;
   double squared_error = 0;
-  for (const TileRecord& record : records) counters += record.counters, squared_error += record.squared_error;
+  std::uint64_t empty_tiles = 0;
+  for (const TileRecord& record : records) {
+    counters += record.counters, squared_error += record.squared_error;
+    empty_tiles += record.empty_tiles;
+  }
   picture.stats.estimated_error = std::sqrt(squared_error / (3.0 * options.width * options.height));
   picture.film = canvas->done_tiles();
   picture.stats.render_s = seconds_since(render_start);
   picture.stats.rays = {counters.camera, counters.shadow, counters.reflection, counters.transmission};
-  picture.stats.skipped = skipped(counters, compiled.merged_lights);
+  picture.stats.skipped = skipped(counters, compiled.merged_lights, empty_tiles);
   return picture;
 }
 

@@ -19,6 +19,7 @@ struct Picture {
 /// Parts of the renderer that only save time. Each may be switched off: the image stays the same.
 struct Switches : shading::Switches {
   bool merge_lights = true;  // equal lights are evaluated once
+  bool empty_tiles = true;   // no ray is cast where a tile shows nothing but the background
 };
 
 /// The whole way from a description to linear floats: compiles the scene, traces it on `pool` and reports through

@@ -25,6 +25,11 @@ Color filtered(const Color& a, const Color& b) {
 /// Light arriving from direction l reaches the viewer only when both are on one side of the surface.
 bool is_on_viewers_side(const ShadingPoint& at, const Vec3& towards_light) { return dot(at.facing, towards_light) > 0; }
 
+/// What the surface sends to the viewer of light that travels along the unit `l`.
+Color lobe_towards(const ShadingPoint& at, const Vec3& l) {
+  return is_on_viewers_side(at, -l) ? phong(at, l) : math::black;
+}
+
 /// Above the geometric horizon and on one side of the shading one.
 bool is_wholly_above(const ShadingPoint& at, const std::array<Vec3, 4>& corners) {
   const Vec3& n = at.surface.shading_normal;
@@ -88,6 +93,11 @@ Color Integrator::direct(const ShadingPoint& at, const Color& weight, const samp
   return sum;
 }
 
+bool Integrator::is_skipped(bool adds_nothing, std::uint64_t& counter) {
+  counter += adds_nothing ? 1 : 0;
+  return adds_nothing && settings_.switches.lights_without_share;
+}
+
 Color Integrator::visible(const Color& share, const Visibility& visibility, const Color& weight) {
   if (visibility.is_certain) return filtered(share, visibility.mean);
   const Color scale = filtered(filtered(share, weight), filtered(share, weight));
@@ -98,7 +108,7 @@ Color Integrator::visible(const Color& share, const Visibility& visibility, cons
 
 Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place) {
   const Vec3 towards = light.position - at.surface.position;
-  if (!is_on_viewers_side(at, towards)) return ++counters_.lights_facing_away, math::black;
+  if (is_skipped(!is_on_viewers_side(at, towards), counters_.lights_facing_away)) return math::black;
   const double distance = math::length(towards);
   const Vec3 l = towards * (-1 / distance);
   double strength = 1;
@@ -106,12 +116,12 @@ Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const C
     const double cosine = dot(light.direction, l);
     strength = cosine < light.cutoff_cosine ? 0 : math::power(std::clamp(cosine, 0.0, 1.0), light.exponent);
   }
-  const Color lobe = phong(at, l) * strength;
-  if (math::is_black(lobe)) return ++counters_.lights_without_effect, math::black;
+  const Color lobe = lobe_towards(at, l) * strength;
+  if (is_skipped(math::is_black(lobe), counters_.lights_without_effect)) return math::black;
   const double divisor = light.attenuation.constant + light.attenuation.linear * distance +
                          light.attenuation.quadratic * distance * distance;
   const Color share = filtered(light.intensity * (1 / std::max(divisor, 1e-300)), lobe);
-  if (math::is_black(share)) return ++counters_.lights_without_effect, math::black;
+  if (is_skipped(math::is_black(share), counters_.lights_without_effect)) return math::black;
   shadows_.aim(at, place.index, {light.position, light.radius});
   if (light.radius == 0) return filtered(share, shadows_.transmittance(at, towards, 1));
   const math::Frame frame = math::frame_around(l);
@@ -123,9 +133,9 @@ Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const C
 Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight,
                          const LightPlace& place) {
   const Vec3 towards = -light.direction;
-  if (!is_on_viewers_side(at, towards)) return ++counters_.lights_facing_away, math::black;
-  const Color share = filtered(light.intensity, phong(at, light.direction));
-  if (math::is_black(share)) return ++counters_.lights_without_effect, math::black;
+  if (is_skipped(!is_on_viewers_side(at, towards), counters_.lights_facing_away)) return math::black;
+  const Color share = filtered(light.intensity, lobe_towards(at, light.direction));
+  if (is_skipped(math::is_black(share), counters_.lights_without_effect)) return math::black;
   shadows_.aim(at, place.index, {towards, light.tangent, true});
   if (light.tangent == 0) return filtered(share, shadows_.transmittance(at, towards, HUGE_VAL));
   const math::Frame frame = math::frame_around(towards);
@@ -178,7 +188,8 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
   if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
   Color exact;
-  const bool is_exact = verdict == Shadows::Verdict::lit && is_wholly_above(at, corners);
+  const bool is_exact =
+      settings_.switches.exact_area_lights && verdict == Shadows::Verdict::lit && is_wholly_above(at, corners);
   if (is_exact) {
     exact = exact_diffuse(at, light.radiance, projected_solid_angle(corners, at.surface.shading_normal));
     if (math::is_black(at.material->specular)) return exact;
@@ -230,7 +241,8 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
   }
   if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
   Color exact;
-  const bool is_exact = verdict == Shadows::Verdict::lit && dot(at.facing, axis) > light.radius &&
+  const bool is_exact = settings_.switches.exact_area_lights && verdict == Shadows::Verdict::lit &&
+                        dot(at.facing, axis) > light.radius &&
                         std::fabs(dot(at.surface.shading_normal, axis)) > light.radius;
   if (is_exact) {
     exact = exact_diffuse(at, light.radiance,

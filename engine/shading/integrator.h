@@ -54,6 +54,8 @@ class Integrator {
   Color lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);
   Color lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);
   Color secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key);
+  /// Counts a light that adds nothing; true if no more is to be done about it.
+  bool is_skipped(bool adds_nothing, std::uint64_t& counter);
   /// `share` × the light through a visibility; accounts for its variance.
   Color visible(const Color& share, const Visibility& visibility, const Color& weight);
   /// Diffuse light from an area light that nothing hides, in closed form.

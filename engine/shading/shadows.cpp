@@ -135,7 +135,9 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
       (is_lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
       return {is_lit ? math::white : math::black, {}, true};
     }
-    const Covers covers = candidates_.is_incomplete() ? Covers::unknown : find_covers(at, view, !is_above_horizon);
+    const Covers covers = candidates_.is_incomplete() || !switches_.shadow_outlines
+                              ? Covers::unknown
+                              : find_covers(at, view, !is_above_horizon);
     if (covers == Covers::dark) {
       counters_.shadow_rays_dark += count;
       return {math::black, {}, true};

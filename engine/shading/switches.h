@@ -2,10 +2,14 @@
 
 namespace penumbra::shading {
 
-/// Parts of shading that only save time. Each may be switched off: the image stays the same.
+/// Parts of shading that only save time, each of which may be switched off. Without `lights_without_share`, and without
+/// `light_cells` where no light is an area light, the image is the same bit by bit; else within its estimated error.
 struct Switches {
-  bool shadow_candidates = true;  // one query of a light's whole cone instead of a ray per sample
-  bool light_cells = true;        // points side by side on a plane share what may hide a light
+  bool shadow_candidates = true;     // one query of a light's whole cone instead of a ray per sample
+  bool shadow_outlines = true;       // the share of a disc that occluders hide from their outlines, not from samples
+  bool exact_area_lights = true;     // a closed form where an area light is in full view
+  bool light_cells = true;           // points side by side on a plane share what may hide a light
+  bool lights_without_share = true;  // no shadow is looked for where a light adds nothing
 };
 
 }  // namespace penumbra::shading

@@ -25,10 +25,13 @@ std::size_t total_bytes(const std::string& root) {
 /// The least limit in the files of this name from `path` up to `top`. One that does not exist ("max") limits nothing; a
 /// path the container does not see is skipped.
 std::size_t least_limit(const std::string& top, std::string path, const std::string& file_name) {
+  const auto file_in = [&](const std::string& folder) {
+    return std::string(top).append(folder).append("/").append(file_name);
+  };
   std::size_t least = unlimited;
   while (true) {
     std::size_t limit = 0;
-    if (std::ifstream(top + path + "/" + file_name) >> limit) least = std::min(least, limit);
+    if (std::ifstream(file_in(path)) >> limit) least = std::min(least, limit);
     if (path.empty()) return least;
     path.erase(std::min(path.rfind('/'), path.size()));
   }

@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <set>
 
 #include "api/job_request.h"
 #include "api/job_resource.h"
@@ -59,13 +61,16 @@ void check_writable(const std::string& path) {
   if (!std::filesystem::is_directory(folder)) throw UnusableArgument(folder.string() + ": is not a directory");
 }
 
+std::map<std::string, bool*> switch_names(render::Switches& switches) {
+  return {{"empty-tiles", &switches.empty_tiles},        {"exact-area-lights", &switches.exact_area_lights},
+          {"light-cells", &switches.light_cells},        {"lights-without-share", &switches.lights_without_share},
+          {"merge-lights", &switches.merge_lights},      {"shadow-candidates", &switches.shadow_candidates},
+          {"shadow-outlines", &switches.shadow_outlines}};
+}
+
 render::Switches switches_without(const std::vector<std::string>& names) {
   render::Switches switches;
-  for (const std::string& name : names) {
-    if (name == "shadow-candidates") switches.shadow_candidates = false;
-    if (name == "light-cells") switches.light_cells = false;
-    if (name == "merge-lights") switches.merge_lights = false;
-  }
+  for (const std::string& name : names) *switch_names(switches).at(name) = false;
   return switches;
 }
 
@@ -126,8 +131,11 @@ Command add_render(CLI::App& program) {
   command->add_option("--stats", settings->stats, "Where to write the statistics as JSON; - is standard output")
       ->type_name("FILE");
   add_threads_flag(*command, settings->threads);
+  render::Switches switches;
+  std::set<std::string> names;
+  for (const auto& [name, value] : switch_names(switches)) names.insert(name);
   command->add_option("--without", settings->without, "A part of the renderer to do without, for diagnosis; repeatable")
-      ->check(CLI::IsMember({"shadow-candidates", "light-cells", "merge-lights"}))
+      ->check(CLI::IsMember(names))
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->delimiter(' ');

@@ -113,6 +113,7 @@ void add_keeping_flags(CLI::App& command, ServeSettings& settings) {
 /// no such place.
 std::string default_store() {
   const auto value_of = [](const char* name) {
+    // There are no other threads yet. NOLINTNEXTLINE(concurrency-mt-unsafe)
     const char* const value = std::getenv(name);
     return std::string(value != nullptr ? value : "");
   };

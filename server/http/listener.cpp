@@ -136,6 +136,24 @@ class Listener::Implementation : public httplib::Server {
     if (accepting_.joinable()) accepting_.join();
   }
 
+  bool process_and_close_socket(socket_t socket) override {
+    const bool is_welcome = count_connection(1) <= settings_.max_connections;
+    try {
+      Connection connection(socket, stop_descriptor_, settings_.connection);
+      if (is_welcome && !connection.is_stopping()) {
+        serve(connection);
+      } else {
+        Exchange exchange = exchange_on(connection);
+        refuse(connection, exchange, unavailable("too many connections are open"), overload_retry_s);
+        note(connection, exchange);
+      }
+    } catch (const std::exception& error) {
+      spdlog::error("a connection failed: {}", error.what());
+    }
+    count_connection(-1);
+    return true;
+  }
+
  private:
   void configure() {
     new_task_queue = [this] { return new TaskQueue(settings_.max_connections + refusing_threads); };
@@ -235,24 +253,6 @@ class Listener::Implementation : public httplib::Server {
     return HandlerResponse::Handled;
   }
 
-  bool process_and_close_socket(socket_t socket) override {
-    const bool is_welcome = count_connection(1) <= settings_.max_connections;
-    try {
-      Connection connection(socket, stop_descriptor_, settings_.connection);
-      if (is_welcome && !connection.is_stopping()) {
-        serve(connection);
-      } else {
-        Exchange exchange = exchange_on(connection);
-        refuse(connection, exchange, unavailable("too many connections are open"), overload_retry_s);
-        note(connection, exchange);
-      }
-    } catch (const std::exception& error) {
-      spdlog::error("a connection failed: {}", error.what());
-    }
-    count_connection(-1);
-    return true;
-  }
-
   static Exchange exchange_on(const Connection& connection) {
     Exchange exchange;
     exchange.client = connection.client();
@@ -343,6 +343,8 @@ Listener::Listener(const ListenerSettings& settings, const Router& router, Guard
 Listener::~Listener() = default;
 
 int Listener::open() { return implementation_->open(); }
+
+void Listener::serve(int socket) { implementation_->process_and_close_socket(socket); }
 
 void Listener::finish() { implementation_->finish(); }
 

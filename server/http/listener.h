@@ -31,6 +31,8 @@ class Listener {
 
   /// Listens and answers from now on; returns the port. Throws std::system_error when the address cannot be had.
   int open();
+  /// Answers what comes over this socket, which it takes over, until the connection ends.
+  void serve(int socket);
   /// Lets answers under way finish for a few seconds, then ends every connection.
   void finish();
 

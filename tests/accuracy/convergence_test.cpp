@@ -35,7 +35,7 @@ double penumbra_rmse(int samples, bool use_candidates) {
   constexpr int seeds = 8;
   for (int seed = 0; seed < seeds; ++seed) {
     job.options.seed = static_cast<std::uint64_t>(seed);
-    const render::Film film = test::render(job, {use_candidates, true}).film;
+    const render::Film film = test::render(job, test::with_candidates(use_candidates)).film;
     for (int row = 0; row < height; ++row) {
       for (int column = 0; column < width; ++column) {
         const double h = -((column + 0.5) / width - 0.5) * 2;  // in radii of the disc

@@ -8,6 +8,7 @@
 #include "engine/render/compile.h"
 #include "engine/shading/shadows.h"
 #include "tests/robustness/worlds.h"
+#include "tests/support/picture.h"
 
 using namespace penumbra;
 using math::Color;
@@ -85,7 +86,7 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
     const shading::Scene scene = test::compiled(description);
     const auto& light = std::get<shading::DiscLight>(scene.lights.front());
     shading::Counters counters;
-    const shading::Switches none{false, false};
+    const shading::Switches none = test::with_candidates(false);
     const shading::Switches all;
     shading::Shadows swept(scene, all, counters), cast(scene, none, counters);
     const shading::DiscSampling sampling(1024), dense(rays);

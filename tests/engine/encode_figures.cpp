@@ -85,6 +85,6 @@ TEST_CASE("figures: encoding" * doctest::skip()) {
     // As noisy as it gets: four shadow rays each.
     job.options.shadow_samples = 4;
     if (name == std::string("room-flat") || name == std::string("thousand-spheres"))
-      print((std::string(name) + ", 4 shadow rays").c_str(), test::render(job, {false, true}).film);
+      print((std::string(name) + ", 4 shadow rays").c_str(), test::render(job, test::with_candidates(false)).film);
   }
 }

@@ -35,7 +35,8 @@ TEST_CASE("recipe 7: every kernel gives the same bytes for every scene, with and
     job.options.shadow_samples = test::count(4, 16);
     for (const bool shadow_candidates : {true, false}) {
       for (const bool merge_lights : {true, false}) {
-        const render::Switches switches{shadow_candidates, merge_lights};
+        render::Switches switches = test::with_candidates(shadow_candidates);
+        switches.merge_lights = merge_lights;
         std::vector<float> plain;
         for (const std::int64_t instructions : kernels) {
           const test::Kernel kernel(instructions);

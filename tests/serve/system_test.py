@@ -2,10 +2,11 @@
 import os
 import signal
 import socket
+import time
 import unittest
 from pathlib import Path
 
-from serving import ENDLESS, eventually, serving
+from serving import ENDLESS, eventually, job, serving
 
 SCHED_IDLE = 5
 
@@ -36,13 +37,24 @@ class System(unittest.TestCase):
             for client in clients:
                 client.close()
 
+    def test_a_silent_stream_says_that_it_lives(self):
+        with serving("--jobs", 1) as server:
+            server.submit(ENDLESS)
+            waiting = server.submit(job())
+            stream = server.open_events(waiting)
+            start = time.monotonic()
+            lines = iter(stream.readline, b"")
+            self.assertIn(b": the stream is alive\n", lines)
+            self.assertLess(time.monotonic() - start, 20)
+
     def test_sigterm_ends_it_in_time(self):
         with serving() as server:
             jobs = [server.submit(ENDLESS) for _ in range(3)]
             streams = [server.open_events(jobs[0]) for _ in range(5)]
-            self.assertTrue(eventually(lambda: server.get(f"/v1/jobs/{jobs[0]}").json["state"] == "running"))
+            for stream in streams:
+                self.assertIn(b"event: progress\n", iter(stream.readline, b""))
             server.signal(signal.SIGTERM)
             server.process.wait(10)
             self.assertEqual(server.process.returncode, 0)
             for stream in streams:
-                self.assertIn(b"event: progress", stream.read())
+                stream.read()  # to the end

@@ -17,6 +17,13 @@ inline render::Picture render(const api::JobRequest& job, const render::Switches
   return std::move(*picture);
 }
 
+/// Everything, or shadows by a ray a sample alone.
+inline render::Switches with_candidates(bool use_candidates) {
+  render::Switches switches;
+  switches.shadow_candidates = switches.light_cells = use_candidates;
+  return switches;
+}
+
 /// Root-mean-square difference of values clamped to [0, 1], as the contract defines the error.
 inline double rmse(const std::vector<float>& a, const std::vector<float>& b) {
   REQUIRE(a.size() == b.size());

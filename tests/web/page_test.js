@@ -1,6 +1,6 @@
 // The page, as a person meets it: choose an example, render, watch the percentage, see the picture, make a mistake, cancel.
 import assert from 'node:assert/strict';
-import {spawn} from 'node:child_process';
+import {spawn, spawnSync} from 'node:child_process';
 import {mkdirSync, mkdtempSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
@@ -14,29 +14,35 @@ const pictures = join(bin, '..', 'web-test');
 const store = mkdtempSync(join(tmpdir(), 'penumbra-'));
 const flags = ['--no-sandbox', '--disable-gpu', '--no-first-run', '--disable-background-networking',
                '--disable-component-update', '--disable-sync', '--disable-quic'];
-let server, url, browser, page;
+let server, browser, page;
 const complaints = [];
+
+/// `penumbra serve` with more flags: its address, and a way to end it.
+async function start(more) {
+  const process = spawn(join(bin, 'penumbra'), ['serve', '--listen', '127.0.0.1:0', '--log-level', 'off', ...more], {stdio: ['ignore', 'pipe', 'inherit']});
+  const gone = new Promise(resolve => process.once('exit', resolve));
+  const stop = () => process.kill('SIGTERM') && gone;
+  for await (const line of createInterface(process.stdout)) {
+    const address = line.match(/^listening on (.*)$/)?.[1];
+    if (address) return {url: address, stop};
+  }
+  assert.fail('no server');
+}
 
 before(async () => {
   mkdirSync(pictures, {recursive: true});
-  server = spawn(join(bin, 'penumbra'), ['serve', '--listen', '127.0.0.1:0', '--store', store, '--log-level', 'off'], {stdio: ['ignore', 'pipe', 'inherit']});
-  for await (const line of createInterface(server.stdout)) {
-    url = line.match(/^listening on (.*)$/)?.[1];
-    if (url) break;
-  }
+  server = await start(['--store', store]);
   browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: flags});
   page = await browser.newPage({viewport: {width: 1280, height: 860}});
   page.on('pageerror', error => complaints.push(String(error)));
   page.on('console', message => message.type() === 'error' && complaints.push(message.text()));
-  await page.goto(url);
+  await page.goto(server.url);
   await until(() => document.querySelector('#body').value !== '');
 });
 
 after(async () => {
   await browser?.close();
-  const gone = new Promise(resolve => server ? server.once('exit', resolve) : resolve());
-  server?.kill('SIGTERM');
-  await gone;
+  await server?.stop();
   rmSync(store, {recursive: true});
 });
 
@@ -151,6 +157,42 @@ test('a long job can be canceled', async () => {
   await page.click('#cancel');
   await state('Canceled');
   assert.ok(await page.isEnabled('#render'));
+});
+
+test('a server that asks for a key gets it from who has one', async () => {
+  const keys = join(store, '..', `${store.split('/').pop()}-keys`);
+  const made = spawnSync(join(bin, 'penumbra'), ['key', 'create', '--owner', 'alice', '--keys', keys], {encoding: 'utf8'});
+  const open = page;
+  const keyed = await start(['--keys', keys, '--store', `${store}-keyed`]);
+  try {
+    page = await browser.newPage();
+    await page.goto(keyed.url);
+    await choose('hard-and-soft');
+    await setOption('samples_per_pixel', 4);
+    await page.click('#render');
+    await state('Not accepted');
+    await page.waitForSelector('#access:not([hidden])');
+    await page.fill('#key', 'rs_wrong');
+    await page.click('#render');
+    await state('Not accepted');
+    await page.fill('#key', made.stdout.trim());
+    await page.click('#render');
+    await state('Done');
+    await until(() => document.querySelector('#picture').src.startsWith('blob:') && document.querySelector('#picture').naturalWidth > 0);
+    assert.match(await page.getAttribute('#download', 'href'), /^blob:/);
+    await setOption('samples_per_pixel', 400);
+    await page.click('#render');
+    await state('Rendering');
+    await until(() => document.querySelector('#picture').src.startsWith('blob:') && !document.querySelector('#picture').hidden);
+    await page.click('#cancel');
+    await state('Canceled');
+  } finally {
+    await page.close();
+    page = open;
+    await keyed.stop();
+    rmSync(keys);
+    rmSync(`${store}-keyed`, {recursive: true});
+  }
 });
 
 test('on a phone nothing is wider than the screen', async () => {

@@ -1,0 +1,76 @@
+// What the engine skips: with each part switched off the image is the same, or as near as both say they are exact.
+#include <doctest/doctest.h>
+
+#include "tests/support/picture.h"
+#include "tests/support/scenes.h"
+
+using namespace penumbra;
+
+namespace {
+
+api::JobRequest small(api::JobRequest job) {
+  job.options.width = 80, job.options.height = 60;
+  job.options.shadow_samples = 16;
+  job.options.transfer = scene::Transfer::linear;
+  return job;
+}
+
+std::vector<std::pair<const char*, api::JobRequest>> jobs() {
+  std::vector<std::pair<const char*, api::JobRequest>> result{{"zoo", small(test::zoo())}};
+  for (const char* name : {"room-flat", "teapot", "hard-and-soft", "glass-and-mirrors", "cow", "thousand-spheres"})
+    result.emplace_back(name, small(test::example(name)));
+  result.emplace_back(
+      "ball", api::parse_job(R"({"scene": {"camera": {"position": [0, 0, 9], "look_at": [0, 0, 0], "vertical_fov": 45},
+    "background": [0.2, 0.3, 0.5], "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
+    "lights": [{"type": "point", "position": [5, 5, 5], "intensity": 1, "radius": 1}]},
+    "options": {"width": 128, "height": 128}})"));
+  return result;
+}
+
+/// An area light that a cell has in full view gets the closed form at points that could not tell.
+bool has_area_lights(const api::JobRequest& job) {
+  return std::ranges::any_of(job.scene.lights, [](const scene::Light& light) {
+    return std::holds_alternative<scene::RectangleLight>(light) || std::holds_alternative<scene::SphereLight>(light);
+  });
+}
+
+enum class Same { always, without_area_lights, within_error };
+
+void check(const char* what, bool render::Switches::*part, Same same, const char* counter) {
+  std::uint64_t count = 0;
+  for (const auto& [name, job] : jobs()) {
+    render::Switches without;
+    without.*part = false;
+    const render::Picture on = test::render(job), off = test::render(job, without);
+    count += on.stats.skipped.at(counter);
+    if (same == Same::always || (same == Same::without_area_lights && !has_area_lights(job))) {
+      CHECK_MESSAGE(on.film.rgb == off.film.rgb, std::string(what), ", ", std::string(name), ", rmse ",
+                    test::rmse(on.film.rgb, off.film.rgb));
+    } else {
+      // Each within three times what it claims, as the test of estimates shows.
+      const double bound = 3 * std::hypot(on.stats.estimated_error, off.stats.estimated_error) + 1e-12;
+      CHECK_MESSAGE(test::rmse(on.film.rgb, off.film.rgb) <= bound, std::string(what), ", ", std::string(name));
+    }
+  }
+  CHECK_MESSAGE(count > 0, std::string(what));
+}
+
+template <bool shading::Switches::*part>
+constexpr bool render::Switches::*of_shading = static_cast<bool render::Switches::*>(part);
+
+}  // namespace
+
+TEST_CASE("what is skipped for certain changes no pixel") {
+  check("light cells", of_shading<&shading::Switches::light_cells>, Same::without_area_lights, "shadow_rays_lit");
+  check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always,
+        "lights_facing_away");
+  check("empty tiles", &render::Switches::empty_tiles, Same::always, "empty_tiles");
+}
+
+TEST_CASE("what replaces samples stays within the estimated error") {
+  check("shadow candidates", of_shading<&shading::Switches::shadow_candidates>, Same::within_error, "shadow_rays_lit");
+  check("shadow outlines", of_shading<&shading::Switches::shadow_outlines>, Same::within_error, "shadow_rays_covered");
+  check("exact area lights", of_shading<&shading::Switches::exact_area_lights>, Same::within_error,
+        "area_samples_exact");
+  check("merged lights", &render::Switches::merge_lights, Same::within_error, "merged_lights");
+}

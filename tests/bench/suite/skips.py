@@ -1,0 +1,57 @@
+"""What each part of the renderer that only saves time saves: time with and without it, its counter, the image's change."""
+import json
+import re
+import statistics
+import subprocess
+import tempfile
+from pathlib import Path
+
+from suite.common import BIN, ROOT, print_table, save
+
+EXAMPLES = ROOT / "clients/scenes"
+RUNS = 5
+# The part, what it counts, and scenes that have something to skip.
+SKIPS = [
+    ("shadow-candidates", "shadow_rays_lit", ["room-flat", "cow", "thousand-spheres"]),
+    ("shadow-outlines", "shadow_rays_covered", ["room-flat", "hard-and-soft", "thousand-spheres"]),
+    ("light-cells", "shadow_rays_lit", ["room-flat", "hard-and-soft", "light-triangles-many"]),
+    ("lights-without-share", "lights_without_effect", ["room-flat", "light-triangles-spot"]),
+    ("exact-area-lights", "area_samples_exact", ["cow"]),
+    ("merge-lights", "merged_lights", ["room-flat"]),
+    ("empty-tiles", "empty_tiles", ["shadow-sphere-triangle", "transmission-two-spheres", "teapot"]),
+]
+
+
+def render(scene, image, without=()):
+    stats = image.with_suffix(".json")
+    command = [BIN / "penumbra", "render", EXAMPLES / f"{scene}.json", "-o", image, "--set", "transfer=linear",
+               "--stats", stats, *(word for part in without for word in ("--without", part))]
+    subprocess.run([*map(str, command)], check=True, stderr=subprocess.DEVNULL)
+    return json.loads(stats.read_text())
+
+
+def rms_difference(a, b):
+    """By OpenImageIO's idiff, over unclamped linear values."""
+    report = subprocess.run(["idiff", a, b], capture_output=True, text=True).stdout
+    found = re.search(r"RMS error = ([0-9.e+-]+)", report)
+    return 0.0 if "PASS" in report and not found else float(found.group(1))
+
+
+def skips():
+    rows = [("without", "scene", "on s", "off s", "off / on", "counter", "count", "rms difference", "estimated error")]
+    table = []
+    with tempfile.TemporaryDirectory() as folder:
+        on_image, off_image = Path(folder) / "on.exr", Path(folder) / "off.exr"
+        for part, counter, names in SKIPS:
+            for scene in names:
+                runs = [(render(scene, on_image), render(scene, off_image, [part])) for _ in range(RUNS)]
+                on, off = (statistics.median(run[which]["render_s"] for run in runs) for which in (0, 1))
+                stats = runs[0][0]
+                entry = {"without": part, "scene": scene, "on_s": on, "off_s": off, "counter": counter,
+                         "count": stats["skipped"][counter], "rms_difference": rms_difference(on_image, off_image),
+                         "estimated_error": stats["estimated_error"]}
+                table.append(entry)
+                rows.append((part, scene, f"{on:.3f}", f"{off:.3f}", f"{off / on:.2f}", counter, f"{entry['count']:,}",
+                             f"{entry['rms_difference']:.1e}", f"{entry['estimated_error']:.1e}"))
+    print_table(f"What is skipped, on two threads (medians of {RUNS}, in turn)", rows)
+    save("skips", table)
