@@ -50,6 +50,8 @@ Database::Database(const std::string& path, Access access) {
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(connection, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   run("PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=0");
+  // The data directory may be the only one that can be written to.
+  run("PRAGMA temp_store=MEMORY");
   if (access == Access::write) {
     Query mode = query("PRAGMA journal_mode=WAL");
     mode.next();
