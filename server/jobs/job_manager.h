@@ -132,6 +132,8 @@ class JobManager {
   bool store_ending(const LiveJob& job, store::Ending& ending);
   /// The server ends before the job, which stays queued in the store.
   void leave(LiveJob& job);
+  /// running → queued in the store.
+  void put_back(const LiveJob& job);
   void expire();
   std::shared_ptr<LiveJob> find_live(const std::string& id) const;
   std::vector<std::shared_ptr<LiveJob>> jobs_of(const SharedRender& render) const;

@@ -17,12 +17,14 @@ LiveJob::LiveJob(store::JobRecord record)
       priority_(record.priority),
       record_(std::move(record)) {}
 
-void LiveJob::start(api::Time now, std::shared_ptr<const SharedRender> shared) {
+bool LiveJob::start(api::Time now, std::shared_ptr<const SharedRender> shared) {
   const std::lock_guard lock(mutex_);
-  if (record_.state != api::JobState::queued) return;
+  if (is_left_) return false;
+  if (record_.state != api::JobState::queued) return true;
   record_.state = api::JobState::running;
   record_.started_at = now;
   running_ = std::move(shared);
+  return true;
 }
 
 void LiveJob::end(const store::Ending& ending) {

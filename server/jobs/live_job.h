@@ -24,8 +24,8 @@ class LiveJob {
   std::shared_ptr<SharedRender> render;  // nothing while the job is being stored
   bool is_cancel_asked = false;
 
-  /// queued → running, as the render it takes part in does.
-  void start(api::Time now, std::shared_ptr<const SharedRender> shared);
+  /// queued → running, as the render it takes part in does. False when the server has left the job.
+  bool start(api::Time now, std::shared_ptr<const SharedRender> shared);
   void end(const store::Ending& ending);
   /// The server ends before the job does: nobody need wait any longer.
   void leave();

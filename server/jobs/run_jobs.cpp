@@ -81,10 +81,9 @@ std::unique_ptr<api::JobRequest> JobManager::request_of(SharedRender& render) co
 
 void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render) {
   const api::Time now = job.not_before(system_clock::now());
-  if (store_.start(job.id(), now)) {
-    job.start(now, render);
-    if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
-  }
+  if (!store_.start(job.id(), now)) return;
+  if (!job.start(now, render)) return put_back(job);
+  if (settings_.on_start) settings_.on_start(std::chrono::duration<double>(now - job.created_at()).count());
   spdlog::debug("job {} started", job.id());
 }
 
@@ -173,17 +172,19 @@ void JobManager::end(LiveJob& job, store::Ending ending) {
 }
 
 void JobManager::leave(LiveJob& job) {
+  // First, so that either this finds it running or who starts it finds it left.
+  job.leave();
+  if (job.resource().state == api::JobState::running) put_back(job);
+  const std::lock_guard lock(mutex_);
+  drop_live(job.id());
+}
+
+void JobManager::put_back(const LiveJob& job) {
   try {
-    const api::JobResource now = job.resource();
-    if (now.state == api::JobState::running) store_.put_back(job.id(), now.percent);
+    store_.put_back(job.id(), job.resource().percent);
   } catch (const std::exception& error) {
     spdlog::error("job {}: the store counts it as one the server died of: {}", job.id(), error.what());
   }
-  {
-    const std::lock_guard lock(mutex_);
-    drop_live(job.id());
-  }
-  job.leave();
 }
 
 void JobManager::expire() {

@@ -71,6 +71,14 @@ class Process {
   FILE* output_ = nullptr;
 };
 
+nlohmann::json queued_jobs(int port) {
+  return nlohmann::json::parse(call(port, "GET", "/v1/jobs?state=queued").body).at("jobs");
+}
+
+bool is_running(int port, const std::string& id) {
+  return nlohmann::json::parse(call(port, "GET", "/v1/jobs/" + id).body).at("state") == "running";
+}
+
 }  // namespace
 
 TEST_CASE("a signal ends the server cleanly while it renders, streams and waits") {
@@ -87,11 +95,14 @@ TEST_CASE("a signal ends the server cleanly while it renders, streams and waits"
   stream.send("GET /v1/jobs/" + id + "/events HTTP/1.1\r\nHost: a\r\n\r\n");
   REQUIRE(stream.head()->status == 200);
   CHECK(stream.event()->name == "progress");
+  // As long as it is queued itself, it would be taken for the one that waits.
+  REQUIRE(eventually([&] { return is_running(port, id); }));
   const std::string body = endless_job(fresh_seed());
   waiting.send("POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: " +
                std::to_string(body.size()) + "\r\n\r\n" + body);
-  REQUIRE(eventually(
-      [&] { return nlohmann::json::parse(call(port, "GET", "/v1/jobs?state=queued").body).at("jobs").size() == 1; }));
+  REQUIRE(eventually([&] { return queued_jobs(port).size() == 1; }));
+  const std::string waiting_id = queued_jobs(port).at(0).at("id");
+  CHECK(waiting_id > id);
 
   const auto start = Clock::now();
   server.kill(signal);
@@ -108,13 +119,10 @@ TEST_CASE("a signal ends the server cleanly while it renders, streams and waits"
   // The next server goes on with both.
   Process next(arguments);
   const int next_port = next.port();
-  const auto state = [&](const std::string& job) {
-    return nlohmann::json::parse(call(next_port, "GET", "/v1/jobs/" + job).body).at("state");
-  };
-  CHECK(eventually([&] { return state(id) == "running"; }));
-  const auto jobs = nlohmann::json::parse(call(next_port, "GET", "/v1/jobs?state=queued").body).at("jobs");
+  CHECK(eventually([&] { return is_running(next_port, id); }));
+  const nlohmann::json jobs = queued_jobs(next_port);
   REQUIRE(jobs.size() == 1);
-  CHECK(jobs[0].at("id") > id);
+  CHECK(jobs[0].at("id") == waiting_id);
 }
 
 TEST_CASE("a second server on the same store is refused, and says why") {

@@ -1,5 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <atomic>
+#include <future>
 #include <thread>
 
 #include "engine/render/pool.h"
@@ -162,4 +164,26 @@ TEST_CASE("stopping leaves what is not done in the store and wakes whoever waits
   CHECK(eventually([&] { return next.find(queued)->state == api::JobState::succeeded; }));
   CHECK(eventually([&] { return next.find(running)->state == api::JobState::running; }));
   CHECK(next.submit(small_job(R"("width": 8, "height": 8)"), {}).job.id > queued);
+}
+
+TEST_CASE("a job that joins a render while the server stops stays queued") {
+  TestStore store;
+  std::atomic<int> starts = 0;
+  std::promise<void> joined, has_stopped;
+  // The second start is stored, but the one who joins hears of it only when the server has stopped.
+  store::TimedStore slow_store(store, [&](std::string_view operation, double) {
+    if (operation != "start" || ++starts != 2) return;
+    joined.set_value();
+    has_stopped.get_future().wait_for(std::chrono::minutes(1));
+  });
+  render::Pool pool(2);
+  jobs::JobManager manager(settings_for(1, 10), slow_store, pool);
+  const std::string first = manager.submit(endless_job(), {}).job.id;
+  REQUIRE(eventually([&] { return manager.find(first)->percent > 0; }));
+  auto submission = std::async(std::launch::async, [&] { return manager.submit(endless_job(), {}); });
+  REQUIRE(joined.get_future().wait_for(std::chrono::seconds(30)) == std::future_status::ready);
+  manager.stop();
+  has_stopped.set_value();
+  const std::string second = submission.get().job.id;
+  for (const std::string& id : {first, second}) CHECK(store.find(id)->state == api::JobState::queued);
 }
