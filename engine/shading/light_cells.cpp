@@ -5,7 +5,7 @@
 namespace penumbra::shading {
 namespace {
 
-constexpr double pixels_per_cell = 12;
+constexpr double pixels_per_cell = 20;
 constexpr double finest = 0x1p-36;  // of the coordinates: what a cell must be wider than
 
 }  // namespace
