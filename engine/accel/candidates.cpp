@@ -54,9 +54,7 @@ class Candidates::Search {
                     const OwnedTriangles& owned, const Projection* projection, const Placement* placement) {
     const SurfaceId id = owned.surface(index);
     const bool is_opaque = world_.items[id.item].is_opaque;
-    if (projection != nullptr && is_opaque) {
-      return add_silhouette(shaft, triangles, index, owned, *projection);
-    }
+    if (projection != nullptr && is_opaque) return add_silhouette(shaft, triangles, index, owned, *projection);
     if (id == self_) return false;
     if (projection == nullptr ? shaft.misses(triangles[index])
                               : is_apart(projected(triangles, index, *projection), projection->is_infinite))

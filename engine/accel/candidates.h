@@ -24,7 +24,7 @@ struct Candidate {
 struct Projection {
   Vec3 apex, x, y, w;
   bool is_infinite = false;
-  /// Around all directions of interest, in world space; `radius` across at the end of `axis`.
+  /// Around everything that is looked at, in world space; the default in the space of a placement.
   ViewCone cone;
 
   /// The homogeneous coordinates of p.

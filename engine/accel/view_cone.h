@@ -8,11 +8,11 @@ namespace penumbra::accel {
 
 using math::Vec3;
 
-/// The segments from a point into something round: whether a sphere hides all of it. An angle is held by its cosine and
-/// sine; tests are conservative, rounding included.
+/// The segments from a point into something round: whether a sphere hides all of it, or none. An angle is held by its
+/// cosine and sine; tests are conservative, rounding included.
 class ViewCone {
  public:
-  ViewCone() = default;  ///< Nothing covers it.
+  ViewCone() = default;  ///< Of which nothing is known: no sphere covers it, none misses it.
   /// `axis` leads to the middle of a ball of this radius; or is a direction that all directions of interest, which lead
   /// on without end, are within `radius` of.
   static ViewCone around(const Vec3& axis, double radius, bool is_infinite) {
