@@ -20,25 +20,32 @@ class Candidates::Search {
   void collect(const Shaft& shaft, const CellContents* among) {
     const OwnedTriangles owned(world_);
     const auto add = [&](std::uint32_t item) { return add_item(shaft, item); };
-    const auto add_own = [&](std::uint32_t index) {
-      return add_triangle(shaft, shaft, world_.triangles, index, owned, projection_, nullptr);
+    const auto add_own = [&](std::uint32_t index, const RegionVisitor::EdgeFlags& edges) {
+      return add_triangle(shaft, shaft, world_.triangles, index, edges, owned, projection_, nullptr);
     };
-    if (among != nullptr) {
-      std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_own);
+    const auto add_listed = [&](std::uint32_t index) { return add_own(index, {true, true, true}); };
+    const bool is_listed = among != nullptr && among->verdict() == CellContents::Verdict::listed;
+    const CellContents::Outline* outline = among == nullptr || projection_ == nullptr ? nullptr : among->outline();
+    if (is_listed || outline != nullptr) {
+      if (std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_listed)) return;
+      if (outline == nullptr) return;
+      found_.has_opaque_triangles_ = found_.has_opaque_triangles_ || outline->has_triangles;
+      outline->edges.append(*projection_, self_, found_.silhouette_);
       return;
     }
     if (std::ranges::any_of(world_.infinite_items, add)) return;
-    search_structure(world_.structure, shaft, projection_ != nullptr, add_own, add);
+    search_structure(world_.structure, shaft, projection_, add_own, add);
   }
 
  private:
   template <class AtTriangle, class AtOther>
-  bool search_structure(const Structure& structure, const Shaft& shaft, bool has_silhouettes,
+  bool search_structure(const Structure& structure, const Shaft& shaft, const Projection* projection,
                         const AtTriangle& at_triangle, const AtOther& at_other) {
     const auto left_out = [&] { found_.has_opaque_triangles_ = true; };
-    if (!has_silhouettes || !structure.cones)
+    if (projection == nullptr || !structure.cones)
       return search(structure, shaft.half_spaces(), nullptr, at_triangle, at_other, left_out);
-    const Silhouettes silhouettes{*structure.cones, shaft.apex()};
+    const double moved = math::length(projection->apex - projection->on_surface);
+    const Silhouettes silhouettes{*structure.cones, projection->apex, moved};
     return search(structure, shaft.half_spaces(), &silhouettes, at_triangle, at_other, left_out);
   }
 
@@ -51,10 +58,11 @@ class Candidates::Search {
   }
 
   bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
-                    const OwnedTriangles& owned, const Projection* projection, const Placement* placement) {
+                    const RegionVisitor::EdgeFlags& edges, const OwnedTriangles& owned, const Projection* projection,
+                    const Placement* placement) {
     const SurfaceId id = owned.surface(index);
     const bool is_opaque = world_.items[id.item].is_opaque;
-    if (projection != nullptr && is_opaque) return add_silhouette(shaft, triangles, index, owned, *projection);
+    if (projection != nullptr && is_opaque) return add_silhouette(shaft, triangles, index, edges, owned, *projection);
     if (id == self_) return false;
     if (projection == nullptr ? shaft.misses(triangles[index])
                               : is_apart(projected(triangles, index, *projection), projection->is_infinite))
@@ -70,13 +78,10 @@ class Candidates::Search {
   }
 
   bool add_silhouette(const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
-                      const OwnedTriangles& owned, const Projection& projection) {
+                      const RegionVisitor::EdgeFlags& edges, const OwnedTriangles& owned,
+                      const Projection& projection) {
     const SurfaceId id = owned.surface(index);
     const bool is_self = id == self_;
-    // Where a triangle's projection winds counter-clockwise, it lies left of its edges.
-    const auto is_counter_clockwise = [](const std::array<Vec3, 3>& v) {
-      return math::dot(math::cross(v[0], v[1]), v[2]) > 0;
-    };
     const std::array<Vec3, 3> v = projected(triangles, index, projection);
     if (is_apart(v, projection.is_infinite)) return false;
     if (!is_self) {
@@ -86,20 +91,22 @@ class Candidates::Search {
       }
       found_.has_opaque_triangles_ = true;
     }
-    const bool lies_left = is_counter_clockwise(v);
+    const auto lies_left = [&](std::uint32_t triangle) {
+      return Facing(triangles[triangle]).winds_counter_clockwise(projection.apex) != projection.is_mirrored;
+    };
+    const bool own_is_left = lies_left(index);
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t other = triangles.neighbours[index][e];
       // The first of two neighbours speaks for their edge.
+      if (other < index || !edges[e]) continue;
+      const bool has_other = other != TriangleSet::no_neighbour && owned.surface(other) != self_;
+      const int jump = jump_at(!is_self, own_is_left, has_other, has_other && lies_left(other));
+      if (jump == 0) continue;
       const Vec3 &from = v[e], &to = v[(e + 1) % 3];
-      if (other < index || is_beside_square(from, to)) continue;
-      int left = 0, right = 0;
-      if (!is_self) ++(lies_left ? left : right);
-      if (other != TriangleSet::no_neighbour && owned.surface(other) != self_)
-        ++(is_counter_clockwise(projected(triangles, other, projection)) ? right : left);
-      if (left == right) continue;
+      if (is_beside_square(from, to)) continue;
       if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
       if (found_.silhouette_.size() == silhouette_capacity) return found_.is_incomplete_ = true;
-      found_.silhouette_.push_back({from, to, right - left, {id, static_cast<std::uint32_t>(e)}});
+      found_.silhouette_.push_back({from, to, jump, {id, static_cast<std::uint32_t>(e)}});
     }
     return false;
   }
@@ -125,12 +132,6 @@ class Candidates::Search {
            beyond * beyond > sphere.radius * sphere.radius * math::dot(projection.w, projection.w);
   }
 
-  /// Whether the edge lies on the outer side of a line through the square |x|, |y| ≤ 1 (of homogeneous coordinates).
-  static bool is_beside_square(const Vec3& a, const Vec3& b) {
-    return (a.x > a.z && b.x > b.z) || (-a.x > a.z && -b.x > b.z) || (a.y > a.z && b.y > b.z) ||
-           (-a.y > a.z && -b.y > b.z);
-  }
-
   bool add_item(const Shaft& shaft, std::uint32_t id) {
     const Item& item = world_.items[id];
     if (item.kind == Kind::mesh) {
@@ -143,6 +144,7 @@ class Candidates::Search {
                              map.transposed_vector(projection_->y),
                              map.transposed_vector(projection_->w),
                              projection_->is_infinite,
+                             placement.world_to_local.point(projection_->on_surface),
                              {}};
       return add_mesh(shaft, shaft.in_space_of(placement), id, &local, &placement);
     }
@@ -166,9 +168,9 @@ class Candidates::Search {
     const MeshShape& mesh = world_.meshes[world_.items[id].index];
     const OwnedTriangles owned(world_, id);
     return search_structure(
-        mesh.structure, shaft, projection != nullptr && world_.items[id].is_opaque,
-        [&](std::uint32_t index) {
-          return add_triangle(world_shaft, shaft, mesh.triangles, index, owned, projection, placement);
+        mesh.structure, shaft, world_.items[id].is_opaque ? projection : nullptr,
+        [&](std::uint32_t index, const RegionVisitor::EdgeFlags& edges) {
+          return add_triangle(world_shaft, shaft, mesh.triangles, index, edges, owned, projection, placement);
         },
         [](std::uint32_t) { return false; });
   }
@@ -195,7 +197,8 @@ class Candidates::Search {
 std::span<const std::uint32_t> Candidates::scene_order() {
   order_.resize(list_.size());
   std::iota(order_.begin(), order_.end(), 0u);
-  std::ranges::sort(order_, {}, [&](std::uint32_t i) { return list_[i].surface; });
+  const auto surface = [&](std::uint32_t i) { return list_[i].surface; };
+  if (!std::ranges::is_sorted(order_, {}, surface)) std::ranges::sort(order_, {}, surface);
   return order_;
 }
 

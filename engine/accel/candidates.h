@@ -6,7 +6,7 @@
 
 #include "engine/accel/cell.h"
 #include "engine/accel/shaft.h"
-#include "engine/accel/view_cone.h"
+#include "engine/accel/silhouettes.h"
 #include "engine/accel/world.h"
 
 namespace penumbra::accel {
@@ -19,33 +19,6 @@ struct Candidate {
   geometry::TriangleVertices triangle;  // in world space; only if is_triangle
 };
 
-/// A plane seen from an apex: the point p appears at (x·p', y·p') / (w·p') with p' = p − apex, and is in front of the
-/// apex where w·p' > 0 and, unless the plane is infinitely far, before the plane where w·p' < 1.
-struct Projection {
-  Vec3 apex, x, y, w;
-  bool is_infinite = false;
-  /// Around everything that is looked at, in world space; the default in the space of a placement.
-  ViewCone cone;
-
-  /// The homogeneous coordinates of p.
-  Vec3 operator()(const Vec3& p) const {
-    const Vec3 offset = p - apex;
-    return {math::dot(x, offset), math::dot(y, offset), math::dot(w, offset)};
-  }
-};
-
-/// An edge at which the number of opaque triangles in line changes: whoever crosses it from the left of from → to to
-/// its right has `jump` more before him. Homogeneous coordinates of a projection.
-struct SilhouetteEdge {
-  Vec3 from, to;
-  int jump = 0;
-  struct Place {
-    SurfaceId triangle;
-    std::uint32_t edge = 0;  // of the triangle
-    auto operator<=>(const Place&) const = default;
-  } place;
-};
-
 /// What may cross a shaft; made to be gathered again and again without allocating. Not to be shared.
 class Candidates {
  public:
@@ -53,7 +26,7 @@ class Candidates {
   /// `self` is what the apex lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every
   /// segment leaves it on its outer side, it cannot meet a convex shape again. With `among`, the contents of a cell
   /// that holds the apex and of a target that holds the quadrilateral's samples: only what is listed there is looked
-  /// at.
+  /// at, and among its edges.
   void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
               const CellContents* among = nullptr);
 

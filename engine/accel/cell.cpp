@@ -19,28 +19,55 @@ Vec3 towards(const Target& target, const Vec3& from) {
   return target.is_infinite ? target.centre : target.centre - from;
 }
 
+RoundCell around(const FlatCell& cell) {
+  const Vec3 centre = (cell.corners[0] + cell.corners[2]) * 0.5;
+  double radius = 0;
+  for (const Vec3& corner : cell.corners) radius = std::max(radius, math::length(corner - centre));
+  return {centre, radius * (1 + gamma(64))};
+}
+
 /// A bound of every coordinate that takes part.
-double reach_of(const Cell& cell, const Target& target) {
+double reach_of(const FlatCell& cell, const Target& target) {
   double reach = math::max_component(abs(target.centre)) + target.radius;
   for (const Vec3& corner : cell.corners) reach = std::max(reach, math::max_component(abs(corner)));
   return 3 * reach;
 }
 
+void include(const Target& target, int axis, math::Bounds& bounds) {
+  const double least = target.centre[axis] - target.radius, most = target.centre[axis] + target.radius;
+  if (!target.is_infinite) {
+    bounds.lower[axis] = std::min(bounds.lower[axis], least), bounds.upper[axis] = std::max(bounds.upper[axis], most);
+  } else {
+    if (least < 0) bounds.lower[axis] = -HUGE_VAL;
+    if (most > 0) bounds.upper[axis] = HUGE_VAL;
+  }
+}
+
+/// Ends the region behind the target, and limits it to what lies before the target's middle, as all viewpoints see it.
+void add_ends(HalfSpaces& region, const Vec3& base, const Target& target, const RoundCell& viewpoints) {
+  if (target.is_infinite) return;
+  const Vec3 way = target.centre - viewpoints.centre;
+  const double distance = math::length(way);
+  const math::Frame frame = math::frame_around(way * (1 / distance));
+  const Vec3 to_middle = target.centre - base;
+  region.add(frame.n, dot(frame.n, to_middle) + target.radius);
+  // The viewpoints' ways to the middle lie in a cone, and that within these four.
+  const double sine = viewpoints.radius / distance, tangent = 1.001 * sine / std::sqrt(1 - sine * sine);
+  for (const double u : {-tangent, tangent}) {
+    for (const double v : {-tangent, tangent}) {
+      const Vec3 outward = frame.n + frame.u * u + frame.v * v;
+      region.add_limit(outward, dot(outward, to_middle));
+    }
+  }
+}
+
 }  // namespace
 
-std::optional<HalfSpaces> hull(const Cell& cell, const Target& target) {
+std::optional<HalfSpaces> hull(const FlatCell& cell, const Target& target) {
   const double reach = reach_of(cell, target), rounding = gamma(64) * reach;
   math::Bounds bounds;
   for (const Vec3& corner : cell.corners) bounds.include(corner);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double least = target.centre[axis] - target.radius, most = target.centre[axis] + target.radius;
-    if (!target.is_infinite) {
-      bounds.lower[axis] = std::min(bounds.lower[axis], least), bounds.upper[axis] = std::max(bounds.upper[axis], most);
-    } else {
-      if (least < 0) bounds.lower[axis] = -HUGE_VAL;
-      if (most > 0) bounds.upper[axis] = HUGE_VAL;
-    }
-  }
+  for (int axis = 0; axis < 3; ++axis) include(target, axis, bounds);
   const Vec3 base = (cell.corners[0] + cell.corners[2]) * 0.5;
   HalfSpaces region(base, reach, bounds);
   const double r = target.radius;
@@ -58,16 +85,36 @@ std::optional<HalfSpaces> hull(const Cell& cell, const Target& target) {
     region.add(outward, dot(outward, from - base));
   }
   region.add_floor(cell.up);
-  if (!target.is_infinite) {
-    const Vec3 forward = math::normalize(target.centre - base);
-    region.add_far(forward, dot(forward, target.centre - base) + r);
+  add_ends(region, base, target, around(cell));
+  return region;
+}
+
+std::optional<HalfSpaces> hull(const RoundCell& cell, const Target& target) {
+  const double R = cell.radius, r = target.radius;
+  const Vec3 to_target = towards(target, cell.centre);
+  const double distance = math::length(to_target);
+  if (!(distance > 1.01 * (R + r))) return std::nullopt;
+  const double reach = 3 * (math::max_component(abs(cell.centre)) + math::max_component(abs(target.centre)) + R + r);
+  math::Bounds bounds;
+  for (int axis = 0; axis < 3; ++axis) {
+    bounds.lower[axis] = cell.centre[axis] - R, bounds.upper[axis] = cell.centre[axis] + R;
+    include(target, axis, bounds);
   }
+  HalfSpaces region(cell.centre, reach, bounds);
+  const Vec3 forward = to_target * (1 / distance);
+  // Planes that touch both balls: outward·(centre of the target − centre of the cell) = R − r. Infinitely far, the
+  // balls' difference counts for nothing, and r is the sine of an angle.
+  const double sine = (target.is_infinite ? -r : R - r) / distance, cosine = std::sqrt(1 - sine * sine);
+  const math::Frame frame = math::frame_around(forward);
+  for (const Vec3& side : {frame.u, frame.v, -frame.u, -frame.v}) region.add(side * cosine + forward * sine, R);
+  region.add(-forward, R);
+  add_ends(region, cell.centre, target, cell);
   return region;
 }
 
 class CellContents::Search {
  public:
-  Search(const World& world, const Cell& cell, const Target& target, const SurfaceId& self, CellContents& found)
+  Search(const World& world, const FlatCell& cell, const Target& target, const SurfaceId& self, CellContents& found)
       : world_(world), cell_(cell), target_(target), self_(self), found_(found), reach_(reach_of(cell, target)) {}
 
   Verdict run() {
@@ -76,7 +123,7 @@ class CellContents::Search {
     const OwnedTriangles owned(world_);
     const std::uint32_t self_triangle = owned.index(self_);
     const auto at_other = [&](std::uint32_t item) { return add_other(*region, item); };
-    const auto at_triangle = [&](std::uint32_t triangle) {
+    const auto at_triangle = [&](std::uint32_t triangle, const RegionVisitor::EdgeFlags&) {
       if (triangle == self_triangle || region->miss(world_.triangles[triangle])) return false;
       if (world_.items[owned.item(triangle)].is_opaque && covers(world_.triangles[triangle])) return is_dark_ = true;
       return add(triangle, found_.triangles_, found_.triangle_count_);
@@ -84,7 +131,8 @@ class CellContents::Search {
     std::ranges::any_of(world_.infinite_items, at_other) ||
         search(world_.structure, *region, nullptr, at_triangle, at_other, [] {});
     if (is_dark_) return Verdict::dark;
-    if (met_ > found_.triangle_count_ + found_.other_count_) return Verdict::unknown;
+    if (met_ > found_.triangle_count_ + found_.other_count_ || found_.other_count_ > listed_others)
+      return Verdict::unknown;
     return met_ == 0 ? Verdict::lit : Verdict::listed;
   }
 
@@ -155,7 +203,7 @@ class CellContents::Search {
 
   static constexpr std::size_t patience = 128;
   const World& world_;
-  const Cell& cell_;
+  const FlatCell& cell_;
   const Target& target_;
   const SurfaceId& self_;
   CellContents& found_;
@@ -164,8 +212,107 @@ class CellContents::Search {
   bool is_dark_ = false;
 };
 
-CellContents::CellContents(const World& world, const Cell& cell, const Target& target, const SurfaceId& self) {
+CellContents::CellContents(const World& world, const FlatCell& cell, const Target& target, const SurfaceId& self) {
   verdict_ = Search(world, cell, target, self, *this).run();
+}
+
+/// For `outlined`.
+class CellContents::OutlineSearch {
+ public:
+  OutlineSearch(const World& world, const HalfSpaces& region, const RoundCell& viewpoints, const SurfaceId* self,
+                CellContents& found)
+      : world_(world), region_(region), viewpoints_(viewpoints), self_(self), found_(found) {}
+
+  void run() {
+    found_.outline_.emplace();
+    const auto at_triangle = [&](std::uint32_t triangle, const RegionVisitor::EdgeFlags& edges) {
+      return add_triangle(triangle, edges);
+    };
+    const auto at_other = [&](std::uint32_t item) { return add_other(item); };
+    const auto left_out = [&] { found_.outline_->has_triangles = true; };
+    std::optional<Silhouettes> silhouettes;
+    if (world_.structure.cones) silhouettes.emplace(*world_.structure.cones, viewpoints_.centre, viewpoints_.radius);
+    const bool is_too_much =
+        std::ranges::any_of(world_.infinite_items, at_other) ||
+        search(world_.structure, region_, silhouettes ? &*silhouettes : nullptr, at_triangle, at_other, left_out);
+    if (is_too_much) {
+      found_ = {};
+      return;
+    }
+    // In scene order, as they are wanted.
+    std::sort(found_.others_.begin(), found_.others_.begin() + found_.other_count_);
+    std::ranges::sort(pending_, {}, &PendingEdge::place);
+    for (const PendingEdge& edge : pending_)
+      found_.outline_->edges.add(world_.triangles, edge.triangle, edge.place.edge, edge.place.triangle, edge.across);
+  }
+
+ private:
+  bool add_other(std::uint32_t id) {
+    const Item& item = world_.items[id];
+    if (item.kind == Kind::plane && self_ != nullptr && id == self_->item) return false;
+    if (item.kind == Kind::sphere && item.placement == not_placed) {
+      if (region_.miss(world_.spheres[item.index])) return false;
+    } else if (const auto box = bounds_of(world_, item); box && region_.miss(*box)) {
+      return false;
+    }
+    if (found_.other_count_ == other_capacity) return true;
+    found_.others_[found_.other_count_++] = id;
+    return false;
+  }
+
+  bool add_triangle(std::uint32_t triangle, const RegionVisitor::EdgeFlags& edges) {
+    const OwnedTriangles owned(world_);
+    const SurfaceId id = owned.surface(triangle);
+    const bool is_self = self_ != nullptr && id == *self_;
+    if (!world_.items[id.item].is_opaque) {
+      if (is_self || region_.miss(world_.triangles[triangle])) return false;
+      if (found_.triangle_count_ == triangle_capacity) return true;
+      found_.triangles_[found_.triangle_count_++] = triangle;
+      return false;
+    }
+    const geometry::TriangleVertices vertices = world_.triangles[triangle];
+    if (!is_self) {
+      found_.outline_->has_triangles = true;
+      if (!region_.is_within_limits(vertices) && !region_.miss(vertices)) return true;
+    }
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      const std::uint32_t across = world_.triangles.neighbours[triangle][e];
+      // The first of two neighbours speaks for their edge.
+      if (across < triangle || !edges[e]) continue;
+      const bool has_across = across != TriangleSet::no_neighbour;
+      if (pending_.size() == edge_capacity) return true;
+      pending_.push_back({{id, e}, triangle, has_across ? owned.surface(across) : id});
+    }
+    return false;
+  }
+
+  struct PendingEdge {
+    SilhouetteEdge::Place place;
+    std::uint32_t triangle;
+    SurfaceId across;
+  };
+  static constexpr std::size_t edge_capacity = 1024;
+  const World& world_;
+  const HalfSpaces& region_;
+  const RoundCell& viewpoints_;
+  const SurfaceId* self_;
+  CellContents& found_;
+  std::vector<PendingEdge> pending_;
+};
+
+CellContents CellContents::outlined(const World& world, const FlatCell& cell, const Target& target,
+                                    const SurfaceId& self) {
+  CellContents result;
+  const std::optional<HalfSpaces> region = hull(cell, target);
+  if (region) OutlineSearch(world, *region, around(cell), &self, result).run();
+  return result;
+}
+
+CellContents CellContents::outlined(const World& world, const RoundCell& cell, const Target& target) {
+  CellContents result;
+  const std::optional<HalfSpaces> region = hull(cell, target);
+  if (region) OutlineSearch(world, *region, cell, nullptr, result).run();
+  return result;
 }
 
 }  // namespace penumbra::accel

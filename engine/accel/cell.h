@@ -6,14 +6,21 @@
 #include <span>
 
 #include "engine/accel/half_spaces.h"
+#include "engine/accel/silhouettes.h"
 #include "engine/accel/world.h"
 
 namespace penumbra::accel {
 
 /// A parallelogram of lit points that share what may stand between them and a light.
-struct Cell {
+struct FlatCell {
   std::array<Vec3, 4> corners;  // in order around it
   Vec3 up;                      // the normal of its plane, unit, on the lit side
+};
+
+/// A ball that holds lit points.
+struct RoundCell {
+  Vec3 centre;
+  double radius = 0;
 };
 
 /// What the points are lit from: a ball around a point or, infinitely far, around a direction.
@@ -26,29 +33,45 @@ struct Target {
 /// What may cross a segment from a point of a cell to one of a target.
 class CellContents {
  public:
-  /// Nothing; one opaque triangle crosses every segment; the list holds all that may cross one; not known.
+  /// Nothing; one opaque triangle crosses every segment; the lists hold all that may cross one; not known.
   enum class Verdict : std::uint8_t { lit, dark, listed, unknown };
 
+  /// What opaque triangles may show of a silhouette; what else may cross a segment is in the lists.
+  struct Outline {
+    EdgeList edges;
+    bool has_triangles = false;  // there may be some, though they need not show an edge
+  };
+
   CellContents() = default;  ///< Unknown.
-  /// Coplanar neighbours of the cell are left out: no segment that rises above a plane meets what does not. So is the
-  /// item `self` if it is a plane.
-  CellContents(const World& world, const Cell& cell, const Target& target, const SurfaceId& self);
+  /// A verdict. Coplanar neighbours of the cell are left out: no segment that rises above a plane meets what does not.
+  /// So is the item `self` if it is a plane.
+  CellContents(const World& world, const FlatCell& cell, const Target& target, const SurfaceId& self);
+  /// An outline, and no verdict, where there are not too many edges. The points lie on `self`, or on what surface they
+  /// like.
+  static CellContents outlined(const World& world, const FlatCell& cell, const Target& target, const SurfaceId& self);
+  static CellContents outlined(const World& world, const RoundCell& cell, const Target& target);
 
   Verdict verdict() const { return verdict_; }
-  /// Of World::triangles, and of World::items that are no patches; when listed.
+  /// Of World::triangles, and of World::items that are no patches; when listed. Beside an outline, no opaque triangles.
   std::span<const std::uint32_t> triangles() const { return {triangles_.data(), triangle_count_}; }
   std::span<const std::uint32_t> others() const { return {others_.data(), other_count_}; }
+  const Outline* outline() const { return outline_ ? &*outline_ : nullptr; }
 
  private:
   class Search;
-  static constexpr std::size_t triangle_capacity = 24, other_capacity = 6;
+  class OutlineSearch;
+
+  static constexpr std::size_t triangle_capacity = 24, other_capacity = 48, listed_others = 6;
   std::array<std::uint32_t, triangle_capacity> triangles_;
   std::array<std::uint32_t, other_capacity> others_;
   std::uint8_t triangle_count_ = 0, other_count_ = 0;
   Verdict verdict_ = Verdict::unknown;
+  std::optional<Outline> outline_;
 };
 
 /// The convex hull of cell and target, above the cell's plane; nothing if the target does not lie wholly above it.
-std::optional<HalfSpaces> hull(const Cell& cell, const Target& target);
+std::optional<HalfSpaces> hull(const FlatCell& cell, const Target& target);
+/// About the convex hull of cell and target; nothing if they are not apart.
+std::optional<HalfSpaces> hull(const RoundCell& cell, const Target& target);
 
 }  // namespace penumbra::accel

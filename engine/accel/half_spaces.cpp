@@ -22,14 +22,17 @@ HalfSpaces::HalfSpaces(const Vec3& base, double reach, const math::Bounds& bound
   bounds_.upper = bounds_.upper + margin;
 }
 
-void HalfSpaces::add(const Vec3& outward, double offset) {
+HalfSpaces::Side HalfSpaces::side(const Vec3& outward, double offset) const {
   const Vec3 size = abs(outward);
-  sides_[static_cast<std::size_t>(count_++)] = {outward, size, offset, gamma(64) * (size.x + size.y + size.z) * reach_};
+  return {outward, size, offset, gamma(64) * (size.x + size.y + size.z) * reach_};
 }
 
-void HalfSpaces::add_far(const Vec3& outward, double offset) {
-  far_ = count_;
-  add(outward, offset);
+void HalfSpaces::add(const Vec3& outward, double offset) {
+  sides_[static_cast<std::size_t>(count_++)] = side(outward, offset);
+}
+
+void HalfSpaces::add_limit(const Vec3& outward, double offset) {
+  limits_[static_cast<std::size_t>(limit_count_++)] = side(outward, offset);
 }
 
 void HalfSpaces::add_floor(const Vec3& up) {
@@ -76,31 +79,46 @@ bool HalfSpaces::miss(const geometry::SphereShape& sphere) const {
   });
 }
 
+bool HalfSpaces::is_within_limits(const geometry::TriangleVertices& triangle) const {
+  return std::all_of(limits_.begin(), limits_.begin() + limit_count_, [&](const Side& side) {
+    const auto is_inside = [&](const Vec3& v) {
+      const Vec3 way = v - base_;
+      return dot(side.outward, way) < side.offset - side.slack - gamma(32) * dot(side.size, abs(way));
+    };
+    return is_inside(triangle.v0) && is_inside(triangle.v1) && is_inside(triangle.v2);
+  });
+}
+
+HalfSpaces::FloatPlanes::Plane HalfSpaces::in_single_precision(const Side& side, const Vec3& base) const {
+  // Normals scaled to 1, so that products of single precision neither overflow nor vanish.
+  const double scale = 1 / std::max(math::max_component(side.size), 1e-300);
+  FloatPlanes::Plane plane;
+  const double offset = side.offset + dot(side.outward, base);
+  for (int axis = 0; axis < 3; ++axis) {
+    plane.outward[axis] = static_cast<float>(side.outward[axis] * scale);
+    plane.nearest_row[axis] = plane.outward[axis] > 0 ? axis : axis + 3;
+  }
+  plane.offset = static_cast<float>(offset * scale);
+  // |outward| ≤ the sum of its components, of which the largest is 1: an upper bound within rounding.
+  plane.length = static_cast<float>(std::sqrt(dot(side.outward, side.outward)) * scale * (1 + 0x1p-22));
+  plane.rounding = static_cast<float>(8 * 0x1p-24 * (side.size.x + side.size.y + side.size.z) * scale * (1 + 0x1p-20));
+  plane.slack =
+      static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(base)))) * scale);
+  return plane;
+}
+
 HalfSpaces::FloatPlanes HalfSpaces::in_single_precision(const Vec3& origin) const {
   FloatPlanes result;
   result.count = count_;
-  result.far = far_;
+  result.limit_count = limit_count_;
   for (int axis = 0; axis < 3; ++axis) {
     result.lower[axis] = rounded_down(bounds_.lower[axis] - origin[axis]);
     result.upper[axis] = rounded_up(bounds_.upper[axis] - origin[axis]);
   }
   const Vec3 base = base_ - origin;
-  for (int i = 0; i < count_; ++i) {
-    const Side& side = sides_[static_cast<std::size_t>(i)];
-    // Normals scaled to 1, so that products of single precision neither overflow nor vanish.
-    const double scale = 1 / std::max(math::max_component(side.size), 1e-300);
-    FloatPlanes::Plane& plane = result.plane[i];
-    const double offset = side.offset + dot(side.outward, base);
-    for (int axis = 0; axis < 3; ++axis) {
-      plane.outward[axis] = static_cast<float>(side.outward[axis] * scale);
-      plane.nearest_row[axis] = plane.outward[axis] > 0 ? axis : axis + 3;
-    }
-    plane.offset = static_cast<float>(offset * scale);
-    // |outward| ≤ the sum of its components, of which the largest is 1: an upper bound within rounding.
-    plane.length = static_cast<float>(std::sqrt(dot(side.outward, side.outward)) * scale * (1 + 0x1p-22));
-    plane.slack =
-        static_cast<float>((side.slack + 8 * 0x1p-24 * (std::fabs(offset) + dot(side.size, abs(base)))) * scale);
-  }
+  for (int i = 0; i < count_; ++i) result.plane[i] = in_single_precision(sides_[static_cast<std::size_t>(i)], base);
+  for (int i = 0; i < limit_count_; ++i)
+    result.limit[i] = in_single_precision(limits_[static_cast<std::size_t>(i)], base);
   return result;
 }
 

@@ -13,7 +13,7 @@ using math::Vec3;
 /// is apart from the region.
 class HalfSpaces {
  public:
-  static constexpr int capacity = 7;
+  static constexpr int capacity = 7, limit_capacity = 4;
 
   HalfSpaces() = default;
   /// Planes are given relative to `base`; `reach` bounds the coordinates they were computed from.
@@ -21,8 +21,8 @@ class HalfSpaces {
 
   /// Inside is outward·(x − base) ≤ offset, within a few roundings of coordinates below `reach`.
   void add(const Vec3& outward, double offset);
-  /// As `add`; and what lies wholly before this plane is worth knowing (see FloatPlanes::far).
-  void add_far(const Vec3& outward, double offset);
+  /// A plane that it is worth knowing to lie wholly inside of: it rejects nothing.
+  void add_limit(const Vec3& outward, double offset);
   /// A plane through `base` that everything of interest rises above along `up`: what does not rise above it by more
   /// than rounding is outside.
   void add_floor(const Vec3& up);
@@ -30,16 +30,19 @@ class HalfSpaces {
   bool miss(const math::Bounds& box) const;
   bool miss(const geometry::TriangleVertices& triangle) const;
   bool miss(const geometry::SphereShape& sphere) const;
+  /// For certain.
+  bool is_within_limits(const geometry::TriangleVertices& triangle) const;
 
   /// The same in single precision, of coordinates relative to `origin`: outside where outward·x > offset, beyond
-  /// `slack`, or outside [lower, upper]. Rows are WideTree::Node's: lower x, y, z, upper x, y, z.
+  /// `slack` and `rounding`, or outside [lower, upper]. Rows are WideTree::Node's: lower x, y, z, upper x, y, z.
   struct FloatPlanes {
     struct Plane {
       float outward[3], offset, slack, length;
-      int nearest_row[3];  // of the corner of a box that is least outside
+      float rounding;      // of a value, for each unit of the largest coordinate
+      int nearest_row[3];  // of the corner of a box that is least outside; the one across is most
     };
-    Plane plane[capacity];
-    int count, far;  // far: which is the far plane, or −1
+    Plane plane[capacity], limit[limit_capacity];
+    int count, limit_count;
     float lower[3], upper[3];
   };
   FloatPlanes in_single_precision(const Vec3& origin) const;
@@ -51,11 +54,15 @@ class HalfSpaces {
     Vec3 outward, size;  // size = |outward|
     double offset, slack;
   };
+  Side side(const Vec3& outward, double offset) const;
+  FloatPlanes::Plane in_single_precision(const Side& side, const Vec3& base) const;
+
   Vec3 base_;
   double reach_ = 0;
   math::Bounds bounds_;
   std::array<Side, capacity> sides_;
-  int count_ = 0, far_ = -1;
+  std::array<Side, limit_capacity> limits_;
+  int count_ = 0, limit_count_ = 0;
 };
 
 }  // namespace penumbra::accel

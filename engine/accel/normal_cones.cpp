@@ -1,5 +1,6 @@
 #include "engine/accel/normal_cones.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -64,22 +65,35 @@ PossibleCone normal_cone(const geometry::TriangleVertices& t) {
   return Cone{math::normalize(n), rounding};
 }
 
+/// The vertex of `triangle` that is not on its edge with `neighbour`.
+const Vec3& vertex_across(const TriangleSet& triangles, std::uint32_t triangle, std::uint32_t neighbour) {
+  const auto& neighbours = triangles.neighbours[triangle];
+  const auto edge = static_cast<std::size_t>(std::ranges::find(neighbours, neighbour) - neighbours.begin());
+  return triangles.positions[triangles.corners[triangle][(edge + 2) % 3]];
+}
+
 }  // namespace
 
 NormalCones::NormalCones(const WideTree& tree, const TriangleSet& triangles)
-    : of_nodes_(tree.nodes().size()), of_blocks_(tree.triangle_blocks().size()) {
+    : of_nodes_(tree.nodes().size()), beside_blocks_(tree.triangle_blocks().size()) {
   std::vector<PossibleCone> normals(triangles.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i) normals[i] = normal_cone(triangles[i]);
-  std::vector<PossibleCone> whole_block(of_blocks_.size()), whole_node(of_nodes_.size());
-  for (std::size_t i = 0; i < of_blocks_.size(); ++i) {
+  std::vector<PossibleCone> whole_block(beside_blocks_.size()), whole_node(of_nodes_.size());
+  for (std::size_t i = 0; i < beside_blocks_.size(); ++i) {
     const WideTree::TriangleBlock& block = tree.triangle_blocks()[i];
+    std::ranges::fill(std::span(&beside_blocks_[i].vertex[0][0][0], 9 * WideTree::width), NAN);
     std::array<PossibleCone, WideTree::width> lanes;
     std::size_t count = 0;
     for (; count < WideTree::width && !std::isnan(block.vertex[0][0][count]); ++count) {
       lanes[count] = cone_of(triangles, block.triangle[count], normals);
-      put(lanes[count], count, of_blocks_[i]);
+      for (std::size_t e = 0; e < 3; ++e) {
+        const std::uint32_t other = triangles.neighbours[block.triangle[count]][e];
+        if (other == TriangleSet::no_neighbour) continue;
+        const Vec3 vertex = vertex_across(triangles, other, block.triangle[count]) - tree.origin();
+        for (int axis = 0; axis < 3; ++axis)
+          beside_blocks_[i].vertex[e][axis][count] = static_cast<float>(vertex[axis]);
+      }
     }
-    for (std::size_t lane = count; lane < WideTree::width; ++lane) put(std::nullopt, lane, of_blocks_[i]);
     whole_block[i] = around({lanes.data(), count});
   }
   // Children stand behind their parents.

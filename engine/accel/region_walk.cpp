@@ -22,6 +22,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Floats = hn::CappedTag<float, WideTree::width>;
 constexpr float roundoff = 0x1p-24F;
+constexpr float underflow = 0x1p-110F;  // products below it are mostly rounding
 
 template <class D, class Mask>
 unsigned bits(D d, Mask mask) {
@@ -30,16 +31,20 @@ unsigned bits(D d, Mask mask) {
   return bytes[0];
 }
 
-/// A region in single precision, and the point to see silhouettes from, both relative to a tree's origin.
+/// A region in single precision, and the ball to see silhouettes from, both relative to a tree's origin.
 struct FloatShaft {
   HalfSpaces::FloatPlanes planes;
-  float apex[3], error;
+  float apex[3], error;  // the middle of the ball; its radius, rounding included
+  float rounding;        // of a difference of two vertices
 
-  FloatShaft(const WideTree& tree, const HalfSpaces& region, const Vec3& viewpoint)
+  FloatShaft(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes)
       : planes(region.in_single_precision(tree.origin())) {
-    const Vec3 from = viewpoint - tree.origin();
+    const Vec3 from = silhouettes == nullptr ? Vec3{} : silhouettes->viewpoint - tree.origin();
+    const double radius = silhouettes == nullptr ? 0 : silhouettes->radius;
     for (int axis = 0; axis < 3; ++axis) apex[axis] = static_cast<float>(from[axis]);
-    error = static_cast<float>(32 * 0x1p-24 * (tree.reach() + math::max_component(math::abs(from))));
+    error = static_cast<float>(radius * (1 + 0x1p-20) +
+                               32 * 0x1p-24 * (tree.reach() + math::max_component(math::abs(from))));
+    rounding = static_cast<float>(4 * 0x1p-24 * tree.reach());
   }
 };
 
@@ -48,15 +53,45 @@ struct Vector3 {
   V x, y, z;
 };
 
-/// The value of a plane at a point, and what it may be off.
+/// The value of a plane at a point.
 template <class V>
-HWY_INLINE std::pair<V, V> value_at(const HalfSpaces::FloatPlanes::Plane& plane, const Vector3<V>& at) {
+HWY_INLINE V value_at(const HalfSpaces::FloatPlanes::Plane& plane, const Vector3<V>& at) {
   const Floats d;
-  const auto x = hn::Mul(hn::Set(d, plane.outward[0]), at.x), y = hn::Mul(hn::Set(d, plane.outward[1]), at.y),
-             z = hn::Mul(hn::Set(d, plane.outward[2]), at.z);
-  const auto value = hn::Add(hn::Add(x, y), hn::Sub(z, hn::Set(d, plane.offset)));
-  const auto size = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
-  return {value, hn::MulAdd(size, hn::Set(d, 8 * roundoff), hn::Set(d, plane.slack))};
+  const auto z = hn::MulSub(hn::Set(d, plane.outward[2]), at.z, hn::Set(d, plane.offset));
+  return hn::MulAdd(hn::Set(d, plane.outward[0]), at.x, hn::MulAdd(hn::Set(d, plane.outward[1]), at.y, z));
+}
+
+/// What the value of a plane may be off at a point whose coordinates lie within ±`size`.
+template <class V>
+HWY_INLINE V error_of(const HalfSpaces::FloatPlanes::Plane& plane, V size) {
+  const Floats d;
+  return hn::MulAdd(size, hn::Set(d, plane.rounding), hn::Set(d, plane.slack));
+}
+
+template <class V>
+HWY_INLINE V largest(const Vector3<V>& v) {
+  return hn::Max(hn::Max(hn::Abs(v.x), hn::Abs(v.y)), hn::Abs(v.z));
+}
+
+template <class V>
+HWY_INLINE Vector3<V> difference(const Vector3<V>& a, const Vector3<V>& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+
+template <class V>
+HWY_INLINE V dot(const Vector3<V>& a, const Vector3<V>& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+
+template <class V>
+HWY_INLINE Vector3<V> cross(const Vector3<V>& a, const Vector3<V>& b) {
+  return {hn::NegMulAdd(a.z, b.y, hn::Mul(a.y, b.z)), hn::NegMulAdd(a.x, b.z, hn::Mul(a.z, b.x)),
+          hn::NegMulAdd(a.y, b.x, hn::Mul(a.x, b.y))};
+}
+
+HWY_INLINE Vector3<hn::Vec<Floats>> load(const float (&rows)[3][WideTree::width], std::size_t lane) {
+  const Floats d;
+  return {hn::Load(d, rows[0] + lane), hn::Load(d, rows[1] + lane), hn::Load(d, rows[2] + lane)};
 }
 
 /// Which lanes face the shaft's apex alike: what their cones hold lies within `radius` of `centre`.
@@ -76,9 +111,10 @@ HWY_INLINE unsigned facing_alike(const NormalCones::Cones& cones, std::size_t la
   return bits(d, hn::Gt(hn::Mul(hn::Abs(along), hn::Load(d, cones.cosine + lane)), reach));
 }
 
-/// Lanes that may meet the shaft; of these, those without a silhouette.
+/// Lanes that may meet the shaft; of these, those without a silhouette. Of triangles, by edge, the lanes whose edge is
+/// none for certain.
 struct ShaftLanes {
-  unsigned met = 0, without_silhouette = 0;
+  unsigned met = 0, without_silhouette = 0, plain[3]{};
 };
 
 HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Cones* cones, const FloatShaft& shaft) {
@@ -91,14 +127,16 @@ HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Con
       outside = hn::Or(outside, hn::Gt(hn::Load(d, node.bounds[axis] + lane), hn::Set(d, planes.upper[axis])));
       outside = hn::Or(outside, hn::Lt(hn::Load(d, node.bounds[axis + 3] + lane), hn::Set(d, planes.lower[axis])));
     }
+    auto size = hn::Abs(hn::Load(d, node.bounds[0] + lane));
+    for (int row = 1; row < 6; ++row) size = hn::Max(size, hn::Abs(hn::Load(d, node.bounds[row] + lane)));
     const auto corner = [&](const int* rows) HWY_ATTR {
-      return Vector3<decltype(hn::Zero(d))>{hn::Load(d, node.bounds[rows[0]] + lane),
-                                            hn::Load(d, node.bounds[rows[1]] + lane),
-                                            hn::Load(d, node.bounds[rows[2]] + lane)};
+      return Vector3<hn::Vec<Floats>>{hn::Load(d, node.bounds[rows[0]] + lane),
+                                      hn::Load(d, node.bounds[rows[1]] + lane),
+                                      hn::Load(d, node.bounds[rows[2]] + lane)};
     };
     for (int i = 0; i < planes.count; ++i) {
-      const auto [value, error] = value_at(planes.plane[i], corner(planes.plane[i].nearest_row));
-      outside = hn::Or(outside, hn::Gt(value, error));
+      const HalfSpaces::FloatPlanes::Plane& plane = planes.plane[i];
+      outside = hn::Or(outside, hn::Gt(value_at(plane, corner(plane.nearest_row)), error_of(plane, size)));
     }
     const unsigned met = bits(d, hn::Not(outside));
     result.met |= met << lane;
@@ -106,56 +144,93 @@ HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Con
     const int lower_rows[3]{0, 1, 2}, upper_rows[3]{3, 4, 5};
     const auto lower = corner(lower_rows), upper = corner(upper_rows);
     const auto half = hn::Set(d, 0.5F);
-    const Vector3<decltype(hn::Zero(d))> centre{hn::Mul(half, hn::Add(lower.x, upper.x)),
-                                                hn::Mul(half, hn::Add(lower.y, upper.y)),
-                                                hn::Mul(half, hn::Add(lower.z, upper.z))};
+    const Vector3<hn::Vec<Floats>> centre{hn::Mul(half, hn::Add(lower.x, upper.x)),
+                                          hn::Mul(half, hn::Add(lower.y, upper.y)),
+                                          hn::Mul(half, hn::Add(lower.z, upper.z))};
     const auto x = hn::Sub(upper.x, centre.x), y = hn::Sub(upper.y, centre.y), z = hn::Sub(upper.z, centre.z);
     const auto radius = hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
     unsigned alike = met & facing_alike(*cones, lane, shaft, centre, radius);
-    if (alike != 0 && planes.far >= 0) {
-      const HalfSpaces::FloatPlanes::Plane& far = planes.plane[planes.far];
-      const int rows[3]{(far.nearest_row[0] + 3) % 6, (far.nearest_row[1] + 3) % 6, (far.nearest_row[2] + 3) % 6};
-      const auto [value, error] = value_at(far, corner(rows));
-      alike &= bits(d, hn::Lt(value, hn::Neg(error)));
+    for (int i = 0; i < planes.limit_count && alike != 0; ++i) {
+      const HalfSpaces::FloatPlanes::Plane& limit = planes.limit[i];
+      const int rows[3]{(limit.nearest_row[0] + 3) % 6, (limit.nearest_row[1] + 3) % 6, (limit.nearest_row[2] + 3) % 6};
+      alike &= bits(d, hn::Lt(value_at(limit, corner(rows)), hn::Neg(error_of(limit, size))));
     }
     result.without_silhouette |= alike << lane;
   }
   return result;
 }
 
-HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const NormalCones::Cones* cones,
+/// At which edges a lane's triangle and its neighbour turn the same side to the apex for certain.
+template <class V>
+HWY_INLINE void facing_alike(const Vector3<V> (&vertex)[3], const NormalCones::Flanks& flanks, std::size_t lane,
+                             const FloatShaft& shaft, unsigned (&alike)[3]) {
+  const Floats d;
+  const Vector3<V> apex{hn::Set(d, shaft.apex[0]), hn::Set(d, shaft.apex[1]), hn::Set(d, shaft.apex[2])};
+  Vector3<V> edge[3], from_flank[3], to_apex[3];
+  auto length = hn::Zero(d), distance = hn::Zero(d);  // the largest component of an edge, and of a way to the apex
+  for (std::size_t e = 0; e < 3; ++e) {
+    edge[e] = difference(vertex[(e + 1) % 3], vertex[e]);
+    from_flank[e] = difference(vertex[e], load(flanks.vertex[e], lane));
+    to_apex[e] = difference(apex, vertex[e]);
+    length = hn::Max(length, hn::Max(largest(edge[e]), largest(from_flank[e])));
+    distance = hn::Max(distance, largest(to_apex[e]));
+  }
+  // With differences off by r, components of a normal, of products of up to l², are off by 4 l r + 2 r² and rounding;
+  // times the way to the apex, the sum of three is off by no more than this. The way itself is off by `error`.
+  const auto r = hn::Set(d, shaft.rounding), off = hn::Set(d, shaft.error);
+  const auto within_normal =
+      hn::MulAdd(hn::Mul(hn::Add(distance, off), r), hn::MulAdd(hn::Set(d, 36), length, hn::Mul(hn::Set(d, 6), r)),
+                 hn::Set(d, underflow));
+  const auto sides = [&](const Vector3<V>& normal, const Vector3<V>& way) HWY_ATTR {
+    const auto value = dot(normal, way), error = hn::MulAdd(hn::Sqrt(dot(normal, normal)), off, within_normal);
+    return std::pair(hn::Gt(value, error), hn::Lt(value, hn::Neg(error)));
+  };
+  const auto [in_front, behind] = sides(cross(edge[0], edge[1]), to_apex[0]);
+  for (std::size_t e = 0; e < 3; ++e) {
+    const auto [other_in_front, other_behind] = sides(cross(edge[e], from_flank[e]), to_apex[e]);
+    alike[e] = bits(d, hn::Or(hn::And(in_front, other_in_front), hn::And(behind, other_behind)));
+  }
+}
+
+HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const NormalCones::Flanks* flanks,
                               const FloatShaft& shaft) {
   const Floats d;
   ShaftLanes result;
   const HalfSpaces::FloatPlanes& planes = shaft.planes;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
-    const auto vertex = [&](std::size_t v) HWY_ATTR {
-      return Vector3<decltype(hn::Zero(d))>{hn::Load(d, block.vertex[v][0] + lane),
-                                            hn::Load(d, block.vertex[v][1] + lane),
-                                            hn::Load(d, block.vertex[v][2] + lane)};
-    };
-    const auto a = vertex(0), b = vertex(1), c = vertex(2);
-    auto outside = hn::IsNaN(a.x);
-    auto is_before_far = hn::FirstN(d, WideTree::width);
+    const Vector3<hn::Vec<Floats>> vertex[3]{load(block.vertex[0], lane), load(block.vertex[1], lane),
+                                             load(block.vertex[2], lane)};
+    const auto size = hn::Max(largest(vertex[0]), hn::Max(largest(vertex[1]), largest(vertex[2])));
+    auto outside = hn::IsNaN(vertex[0].x);
+    auto beside_ab = outside, beside_bc = outside, beside_ca = outside;
     for (int i = 0; i < planes.count; ++i) {
-      const auto [value_a, error_a] = value_at(planes.plane[i], a);
-      const auto [value_b, error_b] = value_at(planes.plane[i], b);
-      const auto [value_c, error_c] = value_at(planes.plane[i], c);
-      outside = hn::Or(outside,
-                       hn::And(hn::Gt(value_a, error_a), hn::And(hn::Gt(value_b, error_b), hn::Gt(value_c, error_c))));
-      if (i == planes.far) {
-        is_before_far = hn::And(hn::Lt(value_a, hn::Neg(error_a)),
-                                hn::And(hn::Lt(value_b, hn::Neg(error_b)), hn::Lt(value_c, hn::Neg(error_c))));
-      }
+      const HalfSpaces::FloatPlanes::Plane& plane = planes.plane[i];
+      const auto a = value_at(plane, vertex[0]), b = value_at(plane, vertex[1]), c = value_at(plane, vertex[2]);
+      const auto error = error_of(plane, size);
+      const auto ab = hn::Gt(hn::Min(a, b), error), bc = hn::Gt(hn::Min(b, c), error),
+                 ca = hn::Gt(hn::Min(c, a), error);
+      outside = hn::Or(outside, hn::And(ab, bc));
+      beside_ab = hn::Or(beside_ab, ab), beside_bc = hn::Or(beside_bc, bc), beside_ca = hn::Or(beside_ca, ca);
     }
     const unsigned met = bits(d, hn::Not(outside));
     result.met |= met << lane;
-    if (met == 0 || cones == nullptr) continue;
-    const auto x = hn::Max(hn::Abs(hn::Sub(b.x, a.x)), hn::Abs(hn::Sub(c.x, a.x)));
-    const auto y = hn::Max(hn::Abs(hn::Sub(b.y, a.y)), hn::Abs(hn::Sub(c.y, a.y)));
-    const auto z = hn::Max(hn::Abs(hn::Sub(b.z, a.z)), hn::Abs(hn::Sub(c.z, a.z)));
-    const auto radius = hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
-    result.without_silhouette |= (met & facing_alike(*cones, lane, shaft, a, radius) & bits(d, is_before_far)) << lane;
+    if (met == 0 || flanks == nullptr) continue;
+    unsigned plain[3];
+    facing_alike(vertex, *flanks, lane, shaft, plain);
+    plain[0] |= bits(d, beside_ab), plain[1] |= bits(d, beside_bc), plain[2] |= bits(d, beside_ca);
+    for (std::size_t e = 0; e < 3; ++e) result.plain[e] |= plain[e] << lane;
+    // Triangles that light goes through have no neighbours.
+    const auto is_alone = hn::And(hn::IsNaN(hn::Load(d, flanks->vertex[0][0] + lane)),
+                                  hn::And(hn::IsNaN(hn::Load(d, flanks->vertex[1][0] + lane)),
+                                          hn::IsNaN(hn::Load(d, flanks->vertex[2][0] + lane))));
+    unsigned without_silhouette = met & plain[0] & plain[1] & plain[2] & bits(d, hn::Not(is_alone));
+    for (int i = 0; i < planes.limit_count && without_silhouette != 0; ++i) {
+      const HalfSpaces::FloatPlanes::Plane& limit = planes.limit[i];
+      const auto most =
+          hn::Max(value_at(limit, vertex[0]), hn::Max(value_at(limit, vertex[1]), value_at(limit, vertex[2])));
+      without_silhouette &= bits(d, hn::Lt(most, hn::Neg(error_of(limit, size))));
+    }
+    result.without_silhouette |= without_silhouette << lane;
   }
   return result;
 }
@@ -165,14 +240,14 @@ HWY_INLINE unsigned overlap(const WideTree::SphereBlock& block, const FloatShaft
   const Floats d;
   unsigned hits = 0;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
-    const Vector3<decltype(hn::Zero(d))> centre{
-        hn::Load(d, block.center[0] + lane), hn::Load(d, block.center[1] + lane), hn::Load(d, block.center[2] + lane)};
+    const Vector3<hn::Vec<Floats>> centre = load(block.center, lane);
     const auto radius = hn::Mul(hn::Load(d, block.radius + lane), hn::Set(d, 1 + 8 * roundoff));
+    const auto size = largest(centre);
     auto outside = hn::IsNaN(radius);
     for (int i = 0; i < shaft.planes.count; ++i) {
       const HalfSpaces::FloatPlanes::Plane& plane = shaft.planes.plane[i];
-      const auto [value, error] = value_at(plane, centre);
-      outside = hn::Or(outside, hn::Gt(value, hn::MulAdd(radius, hn::Set(d, plane.length), error)));
+      const auto margin = hn::MulAdd(radius, hn::Set(d, plane.length), error_of(plane, size));
+      outside = hn::Or(outside, hn::Gt(value_at(plane, centre), margin));
     }
     hits |= bits(d, hn::Not(outside)) << lane;
   }
@@ -181,7 +256,7 @@ HWY_INLINE unsigned overlap(const WideTree::SphereBlock& block, const FloatShaft
 
 bool walk_region(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes,
                  RegionVisitor& visitor) {
-  const FloatShaft float_shaft(tree, region, silhouettes == nullptr ? tree.origin() : silhouettes->viewpoint);
+  const FloatShaft float_shaft(tree, region, silhouettes);
   const NormalCones* cones = silhouettes == nullptr ? nullptr : &silhouettes->cones;
   std::uint32_t stack[WideTree::stack_size];
   std::size_t count = 0;
@@ -189,10 +264,13 @@ bool walk_region(const WideTree& tree, const HalfSpaces& region, const Silhouett
   bool has_left_out = false;
   const auto at_triangles = [&](std::uint32_t index) {
     const WideTree::TriangleBlock& block = tree.triangle_blocks()[index];
-    const ShaftLanes lanes = overlap(block, cones == nullptr ? nullptr : &cones->of_triangle_block(index), float_shaft);
+    const ShaftLanes lanes = overlap(block, cones == nullptr ? nullptr : &cones->beside_block(index), float_shaft);
     has_left_out = has_left_out || lanes.without_silhouette != 0;
     for (unsigned hits = lanes.met & ~lanes.without_silhouette; hits != 0; hits &= hits - 1) {
-      if (visitor.triangle(block.triangle[std::countr_zero(hits)])) return true;
+      const int lane = std::countr_zero(hits);
+      RegionVisitor::EdgeFlags edges;
+      for (std::size_t e = 0; e < 3; ++e) edges[e] = (lanes.plain[e] >> lane & 1) == 0;
+      if (visitor.triangle(block.triangle[lane], edges)) return true;
     }
     return false;
   };

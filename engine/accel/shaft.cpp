@@ -65,7 +65,8 @@ HalfSpaces Shaft::made_half_spaces() const {
     if (dot(forward, middle) < 0) forward = -forward;
     double farthest = 0;
     for (const Vec3& edge : edges_) farthest = std::max(farthest, dot(forward, edge));
-    result.add_far(forward, farthest);
+    result.add(forward, farthest);
+    result.add_limit(forward, farthest);
   }
   result.add(-forward, 0);
   if (taxicab(floor_) > 0) result.add_floor(floor_);

@@ -6,15 +6,16 @@
 
 namespace penumbra::accel {
 
-/// Calls at_triangle(index) and at_other(item) for what the region may meet, until one returns true; tells whether one
-/// did. With `silhouettes`, triangles without one may be left out, which left_out() is told.
+/// Calls at_triangle(index, edges) and at_other(item) for what the region may meet, until one returns true; tells
+/// whether one did. With `silhouettes`, triangles without one may be left out, which left_out() is told; `edges` of the
+/// others may be silhouettes.
 template <class AtTriangle, class AtOther, class LeftOut>
 bool search(const Structure& structure, const HalfSpaces& region, const Silhouettes* silhouettes,
             const AtTriangle& at_triangle, const AtOther& at_other, const LeftOut& left_out) {
   if (structure.wide) {
     struct Visitor final : RegionVisitor {
       Visitor(const AtTriangle& t, const AtOther& o, const LeftOut& l) : at_triangle(t), at_other(o), left_out(l) {}
-      bool triangle(std::uint32_t index) override { return at_triangle(index); }
+      bool triangle(std::uint32_t index, const EdgeFlags& edges) override { return at_triangle(index, edges); }
       bool other(std::uint32_t item) override { return at_other(item); }
       void without_silhouette() override { left_out(); }
       const AtTriangle& at_triangle;
@@ -25,8 +26,9 @@ bool search(const Structure& structure, const HalfSpaces& region, const Silhouet
   }
   const Tree& tree = *structure.plain;
   const auto misses = [&](const math::Bounds& box) { return region.miss(box); };
+  const auto at_any_edge = [&](std::uint32_t index) { return at_triangle(index, {true, true, true}); };
   auto at_leaf = [&](const Tree::Node& leaf) {
-    return std::ranges::any_of(tree.triangles(leaf), at_triangle) || std::ranges::any_of(tree.others(leaf), at_other);
+    return std::ranges::any_of(tree.triangles(leaf), at_any_edge) || std::ranges::any_of(tree.others(leaf), at_other);
   };
   return !misses(tree.root().box) && visit(tree, tree.root(), misses, at_leaf);
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -71,17 +72,20 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
 class RegionVisitor {
  public:
   virtual ~RegionVisitor() = default;
-  virtual bool triangle(std::uint32_t triangle) = 0;
+  using EdgeFlags = std::array<bool, 3>;
+  /// `edges`: which may be silhouettes in the region.
+  virtual bool triangle(std::uint32_t triangle, const EdgeFlags& edges) = 0;
   virtual bool other(std::uint32_t item) = 0;
-  /// Triangles were left out that face the viewpoint alike, as do all their neighbours.
+  /// Triangles were left out.
   virtual void without_silhouette() {}
 };
 
-/// To leave out triangles whose edges are surely no silhouettes seen from a point, if they end before the region's far
-/// plane.
+/// To leave out triangles whose edges are surely no silhouettes in the region, seen from anywhere in a ball, if they
+/// end before the region's far plane.
 struct Silhouettes {
   const NormalCones& cones;
-  Vec3 viewpoint;
+  Vec3 viewpoint;     // the middle of the ball
+  double radius = 0;  // which holds every surface a viewpoint lies on
 };
 
 /// Visits everything that the region may meet; true if the visitor ended it.

@@ -303,8 +303,8 @@ sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
     halves.add(false, all), halves.add(true, all);
     return halves;
   }
-  // In scene order, whatever structure found them: sums round the same way.
-  std::ranges::sort(edges_, {}, &Edge::place);
+  // In scene order, whatever structure found them: sums round the same way. Those of a cell come in order.
+  if (!std::ranges::is_sorted(edges_, {}, &Edge::place)) std::ranges::sort(edges_, {}, &Edge::place);
   const Frame frame = choose_frame(covers, turn);
   place_chords(chords, shift);
   for (const Edge& edge : edges_) add(edge, frame);

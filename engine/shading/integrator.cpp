@@ -122,7 +122,7 @@ Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const C
                          light.attenuation.quadratic * distance * distance;
   const Color share = filtered(light.intensity * (1 / std::max(divisor, 1e-300)), lobe);
   if (is_skipped(math::is_black(share), counters_.lights_without_effect)) return math::black;
-  shadows_.aim(at, place.index, {light.position, light.radius});
+  shadows_.aim(at, place.index, {light.position, light.radius}, light.radius > 0);
   if (light.radius == 0) return filtered(share, shadows_.transmittance(at, towards, 1));
   const math::Frame frame = math::frame_around(l);
   return visible(share,
@@ -136,7 +136,7 @@ Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, cons
   if (is_skipped(!is_on_viewers_side(at, towards), counters_.lights_facing_away)) return math::black;
   const Color share = filtered(light.intensity, lobe_towards(at, light.direction));
   if (is_skipped(math::is_black(share), counters_.lights_without_effect)) return math::black;
-  shadows_.aim(at, place.index, {towards, light.tangent, true});
+  shadows_.aim(at, place.index, {towards, light.tangent, true}, light.tangent > 0);
   if (light.tangent == 0) return filtered(share, shadows_.transmittance(at, towards, HUGE_VAL));
   const math::Frame frame = math::frame_around(towards);
   return visible(
@@ -183,7 +183,7 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   const Vec3 diagonal = (light.edge_u + light.edge_v) * 0.5;
   const double half_width =
       std::max(math::length(diagonal), math::length(light.edge_u - light.edge_v) * 0.5) * (1 + math::gamma(64));
-  shadows_.aim(at, place.index, {light.corner + diagonal, half_width});
+  shadows_.aim(at, place.index, {light.corner + diagonal, half_width}, false);
   const Shadows::Verdict verdict = shadows_.classify(at, corners, false);
   const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
   if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
@@ -223,7 +223,7 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
   if (!(dot(at.facing, axis) > -light.radius)) return ++counters_.lights_facing_away, math::black;
   const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
   const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
-  shadows_.aim(at, place.index, {light.center, light.radius});
+  shadows_.aim(at, place.index, {light.center, light.radius}, false);
   Shadows::Verdict verdict = Shadows::Verdict::unknown;
   if (cone) {
     // All samples lie in the tangent cone, between the plane that touches the sphere and the one of the tangent circle.

@@ -2,79 +2,122 @@
 
 #include <cmath>
 
+#include "engine/accel/wide_tree.h"
+
 namespace penumbra::shading {
 namespace {
 
-constexpr double pixels_per_cell = 20;
-constexpr double finest = 0x1p-36;  // of the coordinates: what a cell must be wider than
+constexpr double pixels_per_square = 20, pixels_per_cube = 16;
+constexpr double finest = 0x1p-36;    // of the coordinates: what a cell must be wider than
+constexpr std::size_t few_nodes = 8;  // of a tree so small that there is nothing to gain from entering it further down
 
 }  // namespace
 
 std::uint64_t LightCells::Key::hash() const {
   std::uint64_t h = surface.item;
-  for (const auto part : {static_cast<std::uint64_t>(surface.part), static_cast<std::uint64_t>(light),
-                          static_cast<std::uint64_t>(row), static_cast<std::uint64_t>(column)})
+  for (const auto part :
+       {static_cast<std::uint64_t>(surface.part), static_cast<std::uint64_t>(light), static_cast<std::uint64_t>(row),
+        static_cast<std::uint64_t>(column), static_cast<std::uint64_t>(layer << 1 | is_outlined)})
     h = (h ^ (h >> 29)) * 0x9e3779b97f4a7c15u + part;  // Knuth's multiplicative hashing
   return (h ^ (h >> 32)) * 0x9e3779b97f4a7c15u >> 40;
 }
 
-std::optional<Vec3> LightCells::point_of_plane(const geometry::SurfaceId& surface, double spacing) const {
-  const accel::Item& item = world_.items[surface.item];
-  if (item.kind == accel::Kind::plane) return world_.planes[item.index].point;
-  if (item.kind != accel::Kind::patch) return std::nullopt;
-  const std::uint32_t triangle = item.index + surface.part;
-  if (!(math::max_component(world_.triangles.bounds_of(triangle).extent()) > spacing)) return std::nullopt;
-  return world_.triangles[triangle].v0;
+LightCells::LightCells(const accel::World& world)
+    : world_(world), has_round_cells_(world.structure.wide && world.structure.wide->nodes().size() > few_nodes) {
+  places_.fill(none);
 }
 
-bool LightCells::locate(const ShadingPoint& at) {
-  const accel::Kind kind = world_.items[at.id.item].kind;
-  if (kind != accel::Kind::plane && kind != accel::Kind::patch) return false;
-  const Vec3& n = at.facing;
-  const double width = pixels_per_cell * at.footprint;
+bool LightCells::locate(const ShadingPoint& at) { return locate_flat(at) || locate_round(at); }
+
+bool LightCells::set_level(double width) {
   if (!(width > finest * math::max_component(math::abs(position_)) && width < 1e100)) return false;
-  const int level = std::ilogb(width);
-  spacing_ = std::scalbn(1.0, level);
-  const Vec3 size = math::abs(n);
-  up_ = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-  key_ = {at.id,
-          0,
-          static_cast<std::int16_t>(level),
-          dot(n, at.surface.normal) > 0,
-          static_cast<std::int64_t>(std::floor(position_[(up_ + 1) % 3] / spacing_)),
-          static_cast<std::int64_t>(std::floor(position_[(up_ + 2) % 3] / spacing_))};
+  key_.level = static_cast<std::int16_t>(std::ilogb(width));
   return true;
 }
 
-std::optional<accel::Cell> LightCells::cell(const Vec3& n) const {
-  const std::optional<Vec3> origin = point_of_plane(key_.surface, spacing_);
-  if (!origin) return std::nullopt;
+bool LightCells::locate_flat(const ShadingPoint& at) {
+  const accel::Item& item = world_.items[at.id.item];
+  if (item.kind != accel::Kind::plane && item.kind != accel::Kind::patch) return false;
+  if (!set_level(pixels_per_square * at.footprint)) return false;
+  if (item.kind == accel::Kind::plane) {
+    origin_ = world_.planes[item.index].point;
+  } else {
+    const std::uint32_t triangle = item.index + at.id.part;
+    if (!(math::max_component(world_.triangles.bounds_of(triangle).extent()) > std::scalbn(1.0, key_.level)))
+      return false;
+    origin_ = world_.triangles[triangle].v0;
+  }
+  const Vec3 size = math::abs(at.facing);
+  up_ = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+  key_.surface = at.id, key_.is_flat = true, key_.is_facing_normal = dot(at.facing, at.surface.normal) > 0;
+  key_.row = row_of(position_[(up_ + 1) % 3], key_.level), key_.column = row_of(position_[(up_ + 2) % 3], key_.level),
+  key_.layer = 0;
+  return true;
+}
+
+bool LightCells::locate_round(const ShadingPoint& at) {
+  if (!has_round_cells_ || !set_level(pixels_per_cube * at.footprint)) return false;
+  key_.surface = {}, key_.is_flat = key_.is_facing_normal = false;
+  key_.row = row_of(position_.x, key_.level), key_.column = row_of(position_.y, key_.level),
+  key_.layer = row_of(position_.z, key_.level);
+  return true;
+}
+
+accel::FlatCell LightCells::flat_cell(const Key& key) const {
+  const double spacing = std::scalbn(1.0, key.level);
+  const Vec3& n = facing_;
   const int a = (up_ + 1) % 3, b = (up_ + 2) % 3;
-  accel::Cell cell{{}, n};
+  accel::FlatCell cell{{}, n};
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3& corner = cell.corners[i];
-    corner[a] = static_cast<double>(key_.row + (i == 1 || i == 2 ? 1 : 0)) * spacing_;
-    corner[b] = static_cast<double>(key_.column + (i >= 2 ? 1 : 0)) * spacing_;
-    corner[up_] = (*origin)[up_] - (n[a] * (corner[a] - (*origin)[a]) + n[b] * (corner[b] - (*origin)[b])) / n[up_];
+    corner[a] = static_cast<double>(key.row + (i == 1 || i == 2 ? 1 : 0)) * spacing;
+    corner[b] = static_cast<double>(key.column + (i >= 2 ? 1 : 0)) * spacing;
+    corner[up_] = origin_[up_] - (n[a] * (corner[a] - origin_[a]) + n[b] * (corner[b] - origin_[b])) / n[up_];
   }
   return cell;
 }
 
-const accel::CellContents* LightCells::find(const ShadingPoint& at, std::size_t light, const accel::Target& target) {
-  if (!(at.surface.position == position_ && at.facing == facing_ && at.id == key_.surface)) {
-    position_ = at.surface.position, facing_ = at.facing, key_.surface = at.id;
+accel::RoundCell LightCells::round_cell(const Key& key) {
+  const double spacing = std::scalbn(1.0, key.level);
+  const auto middle = [&](std::int64_t row) { return (static_cast<double>(row) + 0.5) * spacing; };
+  // Half the diagonal, and room for points moved off their surface.
+  return {{middle(key.row), middle(key.column), middle(key.layer)}, 0.8661 * spacing};
+}
+
+const accel::CellContents* LightCells::find(const ShadingPoint& at, std::size_t light, const accel::Target& target,
+                                            bool has_outline) {
+  if (!(at.surface.position == position_ && at.facing == facing_ && at.id == surface_)) {
+    position_ = at.surface.position, facing_ = at.facing, surface_ = at.id;
     is_located_ = locate(at);
   }
   if (!is_located_) return nullptr;
-  key_.light = static_cast<std::uint32_t>(light);
-  if (entries_.empty()) entries_.resize(capacity);
-  Entry& entry = entries_[key_.hash() % capacity];
-  if (!entry.is_used || !(entry.key == key_)) {
-    entry.key = key_, entry.is_used = true;
-    const std::optional<accel::Cell> here = cell(at.facing);
-    entry.contents = here ? accel::CellContents(world_, *here, target, at.id) : accel::CellContents();
+  key_.light = static_cast<std::uint32_t>(light), key_.is_outlined = false;
+  if (key_.is_flat) {
+    const accel::CellContents& verdict = contents(key_, target);
+    if (verdict.verdict() != accel::CellContents::Verdict::unknown) return &verdict;
   }
-  return &entry.contents;
+  if (!has_outline) return nullptr;
+  key_.is_outlined = true;
+  return &contents(key_, target);
+}
+
+const accel::CellContents& LightCells::contents(const Key& key, const accel::Target& target) {
+  std::uint16_t& place = places_[key.hash() % capacity];
+  if (place != none && entries_[place].key == key) return entries_[place].contents;
+  if (place == none) {
+    place = static_cast<std::uint16_t>(entries_.size());
+    entries_.emplace_back();
+  }
+  Entry& entry = entries_[place];
+  entry.key = key;
+  if (!key.is_outlined) {
+    entry.contents = accel::CellContents(world_, flat_cell(key), target, key.surface);
+  } else if (key.is_flat) {
+    entry.contents = accel::CellContents::outlined(world_, flat_cell(key), target, key.surface);
+  } else {
+    entry.contents = accel::CellContents::outlined(world_, round_cell(key), target);
+  }
+  return entry.contents;
 }
 
 }  // namespace penumbra::shading

@@ -1,7 +1,7 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "engine/accel/cell.h"
@@ -10,47 +10,58 @@
 
 namespace penumbra::shading {
 
-/// What may stand between flat surfaces and lights, found once for the points of a square cell some pixels wide. The
-/// grid's place and spacing depend on the point alone, so an answer does not depend on what was asked before. One per
-/// thread.
+/// What may stand between surfaces and lights, found once for the points of a cell some pixels wide: of a square on
+/// flat surfaces, of a cube elsewhere. The grid's place and spacing depend on the point alone, so an answer does not
+/// depend on what was asked before. One per thread.
 class LightCells {
  public:
-  explicit LightCells(const accel::World& world) : world_(world) {}
+  explicit LightCells(const accel::World& world);
 
-  /// The contents for this point and a light that lies inside `target`; `light` names the target. Nothing where the
-  /// point is on no large flat surface. Valid until the next call.
-  const accel::CellContents* find(const ShadingPoint& at, std::size_t light, const accel::Target& target);
+  /// The contents for this point and a light that lies inside `target`; `light` names the target. Nothing where there
+  /// are no cells. An outline, if one is asked for, where there is no verdict. Valid until the next call.
+  const accel::CellContents* find(const ShadingPoint& at, std::size_t light, const accel::Target& target,
+                                  bool has_outline);
 
  private:
+  /// Where a cell is and what it belongs to. Cubes belong to no surface.
   struct Key {
     geometry::SurfaceId surface;
     std::uint32_t light = 0;
     std::int16_t level = 0;  // the spacing is 2^level
-    bool is_facing_normal = false;
-    std::int64_t row = 0, column = 0;
+    bool is_flat = false, is_outlined = false, is_facing_normal = false;
+    std::int64_t row = 0, column = 0, layer = 0;
     bool operator==(const Key&) const = default;
     std::uint64_t hash() const;
   };
   struct Entry {
     Key key;
-    bool is_used = false;
     accel::CellContents contents;
   };
-  /// A point of the surface's plane, if it is flat and wider than `spacing`.
-  /// Fills key_ (the light aside), spacing_ and up_; false where there are no cells.
+  /// Fills key_ (the light aside), and of flat cells up_ and origin_; false where there are no cells.
   bool locate(const ShadingPoint& at);
-  /// The cell that key_ names, for the side that the unit normal `up` points to; nothing on a small surface.
-  std::optional<accel::Cell> cell(const Vec3& up) const;
-  std::optional<Vec3> point_of_plane(const geometry::SurfaceId& surface, double spacing) const;
+  bool locate_flat(const ShadingPoint& at);
+  bool locate_round(const ShadingPoint& at);
+  /// For cells no wider than this; false where they would be little wider than rounding.
+  bool set_level(double width);
+  static std::int64_t row_of(double coordinate, int level) {
+    return static_cast<std::int64_t>(std::floor(std::scalbn(coordinate, -level)));
+  }
+  const accel::CellContents& contents(const Key& key, const accel::Target& target);
+  accel::FlatCell flat_cell(const Key& key) const;
+  static accel::RoundCell round_cell(const Key& key);
 
   static constexpr std::size_t capacity = 1024;
+  static constexpr std::uint16_t none = 0xffff;
   const accel::World& world_;
+  bool has_round_cells_;
+  std::array<std::uint16_t, capacity> places_;  // in entries_, by hash
   std::vector<Entry> entries_;
   // Of the point last asked for:
   Vec3 position_{HUGE_VAL, HUGE_VAL, HUGE_VAL}, facing_;
+  geometry::SurfaceId surface_;
   Key key_;
-  double spacing_ = 1;
-  int up_ = 0;  // the axis nearest to the normal
+  int up_ = 0;   // the axis nearest to the normal
+  Vec3 origin_;  // a point of the plane
   bool is_located_ = false;
 };
 

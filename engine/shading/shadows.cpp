@@ -42,8 +42,9 @@ Color Shadows::through_items(const std::vector<std::uint32_t>& items) const {
   return product;
 }
 
-void Shadows::aim(const ShadingPoint& at, std::size_t light, const accel::Target& target) {
-  cell_ = switches_.light_cells ? cells_.find(at, light, target) : nullptr;
+void Shadows::aim(const ShadingPoint& at, std::size_t light, const accel::Target& target, bool is_disc) {
+  const bool has_outline = is_disc && switches_.shadow_candidates;
+  cell_ = switches_.light_cells ? cells_.find(at, light, target, has_outline) : nullptr;
 }
 
 bool Shadows::cross(const ShadingPoint& at, const Vec3& towards, double limit) {
@@ -80,7 +81,7 @@ Shadows::Verdict Shadows::classify(const ShadingPoint& at, const std::array<Vec3
     for (Vec3& corner : targets) corner += at.surface.position;
   }
   candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id, leaves_on_outer_side(at, corners),
-                     listed());
+                     cell_);
   if (candidates_.is_dark()) return Verdict::dark;
   if (candidates_.is_incomplete()) return Verdict::unknown;
   return candidates_.list().empty() ? Verdict::lit : Verdict::listed;
@@ -180,9 +181,10 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above
                                      math::cross(axis, u) * volume,
                                      math::cross(u, v) * volume,
                                      view.is_infinite,
+                                     at.surface.position,
                                      accel::ViewCone::around(axis, math::length(u), view.is_infinite)};
   const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above_horizon ? at.facing : Vec3{});
-  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, listed());
+  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, cell_);
 }
 
 Shadows::Covers Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {

@@ -55,8 +55,8 @@ class Shadows {
       : scene_(scene), switches_(switches), counters_(counters), cells_(scene.world) {}
 
   /// To be called before any of the others: what is asked next is about this point and the light that `light` names,
-  /// which lies inside `target`.
-  void aim(const ShadingPoint& at, std::size_t light, const accel::Target& target);
+  /// which lies inside `target`; `is_disc` where `disc` will be asked for.
+  void aim(const ShadingPoint& at, std::size_t light, const accel::Target& target, bool is_disc);
 
   /// Product of the transmission of every surface on the segment from the point to point + `towards` (or, with `limit`
   /// infinite, on the ray). A segment to the far side of the point's own surface crosses that surface.

@@ -109,7 +109,7 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
       const math::Frame frame = math::frame_around(math::normalize(-axis));
       const sampling::Key key = sampling::Key(7).at(static_cast<std::uint64_t>(seed)).at(static_cast<std::uint64_t>(i));
       const auto visibility = [&](shading::Shadows& shadows, const shading::DiscSampling& samples) {
-        shadows.aim(at, 0, {light.position, light.radius});
+        shadows.aim(at, 0, {light.position, light.radius}, true);
         return shadows.disc(at, axis, frame.u * light.radius, frame.v * light.radius, 1, samples, key);
       };
       const shading::Visibility is = visibility(swept, sampling), ought = visibility(cast, dense);
