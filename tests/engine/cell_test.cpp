@@ -1,0 +1,179 @@
+// Cells: their hulls hold every segment to the light, and their lists all that the points would find on their own.
+#include "engine/accel/cell.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "engine/accel/candidates.h"
+#include "engine/accel/queries.h"
+#include "tests/robustness/worlds.h"
+#include "tests/support/scenes.h"
+
+using namespace penumbra;
+using math::Vec3;
+
+namespace {
+
+Vec3 in_ball(test::Random& random, double radius) {
+  for (;;) {
+    const Vec3 p = random.in_cube(radius);
+    if (math::length(p) <= radius) return p;
+  }
+}
+
+/// Where a segment from `from` to somewhere in the target is at a random share of its length.
+Vec3 on_segment(test::Random& random, const Vec3& from, const accel::Target& target) {
+  const Vec3 to = target.centre + in_ball(random, target.radius);
+  return target.is_infinite ? from + to * (random.between(0, 1) * 50) : from + (to - from) * random.between(0, 1);
+}
+
+accel::Target random_target(test::Random& random, bool is_infinite) {
+  if (!is_infinite) return {random.in_cube(8), random.between(0, 2), false};
+  return {random.direction(), random.between(0, 0.3), true};
+}
+
+geometry::TriangleVertices speck(const Vec3& p) { return {p, p, p}; }
+
+}  // namespace
+
+TEST_CASE("hulls hold all segments from the cell to the target") {
+  test::Random random(11);
+  int flat = 0, round = 0, rejected = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const accel::Target target = random_target(random, i % 3 == 0);
+    const math::Frame frame = math::frame_around(random.direction());
+    const Vec3 middle = random.in_cube(4);
+    const double size = random.between(0.01, 1);
+    const Vec3 u = frame.u * size, v = frame.v * size;
+    const accel::FlatCell square{{middle - u - v, middle + u - v, middle + u + v, middle - u + v}, frame.n};
+    const accel::RoundCell ball{middle, size};
+    const auto flat_hull = hull(square, target), round_hull = hull(ball, target);
+    for (int k = 0; k < 20; ++k) {
+      if (flat_hull) {
+        ++flat;
+        const Vec3 from = middle + u * random.between(-1, 1) + v * random.between(-1, 1);
+        CHECK_FALSE(flat_hull->miss(speck(on_segment(random, from, target) + frame.n * 1e-9)));
+      }
+      if (round_hull) {
+        ++round;
+        CHECK_FALSE(round_hull->miss(speck(on_segment(random, middle + in_ball(random, size), target))));
+        rejected += round_hull->miss(speck(random.in_cube(8))) ? 1 : 0;
+      }
+    }
+  }
+  CHECK(flat > 5000);
+  CHECK(round > 10000);
+  CHECK(rejected > round / 2);
+}
+
+TEST_CASE("what lies within a hull's limits lies before the target as every point of the cell sees it") {
+  test::Random random(12);
+  int within = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const accel::Target target = random_target(random, false);
+    const accel::RoundCell ball{random.in_cube(4), random.between(0.01, 1)};
+    const auto region = hull(ball, target);
+    const geometry::TriangleVertices triangle{random.in_cube(12), random.in_cube(12), random.in_cube(12)};
+    if (!region || !region->is_within_limits(triangle)) continue;
+    ++within;
+    const Vec3 way = target.centre - (ball.centre + in_ball(random, ball.radius));
+    for (const Vec3& vertex : {triangle.v0, triangle.v1, triangle.v2})
+      CHECK(math::dot(vertex - target.centre, way) < 0);
+  }
+  CHECK(within > 1000);
+}
+
+TEST_CASE("a view cone tells which spheres meet all of its segments and which meet none") {
+  test::Random random(13);
+  int covered = 0, missed = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const accel::Target target = random_target(random, i % 3 == 0);
+    const accel::ViewCone cone = accel::ViewCone::around(target.centre, target.radius, target.is_infinite);
+    const Vec3 centre = random.in_cube(6);
+    const double radius = random.between(0, 4);
+    const bool covers = cone.is_covered_by(centre, radius), misses = cone.misses(centre, radius);
+    CHECK_FALSE((covers && misses));
+    covered += covers ? 1 : 0, missed += misses ? 1 : 0;
+    for (int k = 0; k < 10 && (covers || misses); ++k) {
+      const Vec3 end = target.centre + in_ball(random, target.radius);
+      const double t = math::dot(end, centre) / math::dot(end, end);
+      const double nearest = std::clamp(t, 0.0, target.is_infinite ? HUGE_VAL : 1.0);
+      CHECK((math::length(end * nearest - centre) < radius) == covers);
+    }
+  }
+  CHECK(covered > 200);
+  CHECK(missed > 5000);
+}
+
+TEST_CASE("a cell's outline has every silhouette edge that its points find, to the last bit") {
+  test::Random random(14);
+  std::size_t edges = 0, outlined = 0;
+  for (const char* name : {"cow", "teapot", "room-flat"}) {
+    scene::Description description = test::example(name).scene;
+    scene::PointLight soft;
+    soft.radius = 1;
+    description.lights.push_back(soft);  // so that silhouettes are asked for
+    const shading::Scene scene = test::compiled(description);
+    const math::Bounds bounds = bounds_of(scene.world.structure);
+    const double size = math::max_component(bounds.extent());
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3 from = bounds.centre() + random.in_cube(size);
+      const accel::Ray ray{from, math::normalize(bounds.centre() + random.in_cube(size / 4) - from), {}};
+      const auto hit = accel::closest_hit(scene.world, ray);
+      if (!hit) continue;
+      const geometry::SurfacePoint surface = accel::surface_at(scene.world, ray, *hit);
+      const Vec3 facing = math::dot(surface.normal, ray.direction) > 0 ? -surface.normal : surface.normal;
+      const accel::Target target{surface.position + (facing + random.in_cube(0.8)) * (size * random.between(0.2, 1)),
+                                 size * random.between(0.001, 0.1)};
+      const double radius = size * random.between(0.0001, 0.03);
+      const accel::RoundCell cell{surface.position + in_ball(random, radius * 0.99), radius};
+      const accel::CellContents contents = accel::CellContents::outlined(scene.world, cell, target);
+      if (contents.outline() == nullptr) continue;
+      ++outlined;
+      const Vec3 apex = geometry::leave_surface(surface, facing), axis = target.centre - apex;
+      const math::Frame frame = math::frame_around(math::normalize(axis));
+      const Vec3 u = frame.u * target.radius, v = frame.v * target.radius;
+      const double volume = 1 / math::dot(axis, math::cross(u, v));
+      const accel::Projection projection{apex,
+                                         math::cross(v, axis) * volume,
+                                         math::cross(axis, u) * volume,
+                                         math::cross(u, v) * volume,
+                                         false,
+                                         surface.position,
+                                         accel::ViewCone::around(axis, target.radius, false)};
+      const Vec3 middle = target.centre;
+      const accel::Shaft shaft(apex, {middle - u - v, middle + u - v, middle + u + v, middle - u + v}, false);
+      accel::Candidates alone, shared;
+      alone.gather_silhouettes(scene.world, shaft, projection, hit->surface, false);
+      shared.gather_silhouettes(scene.world, shaft, projection, hit->surface, false, &contents);
+      if (alone.is_incomplete()) continue;
+      CHECK_FALSE(shared.is_incomplete());
+      CHECK(shared.is_dark() == alone.is_dark());
+      if (alone.is_dark()) continue;  // which ends the search
+      const auto is_in_disc = [](const Vec3& p) { return p.z > 0 && p.x * p.x + p.y * p.y < p.z * p.z; };
+      const auto meets_disc = [&](const accel::SilhouetteEdge& edge) {
+        for (int k = 0; k <= 64; ++k) {
+          if (is_in_disc(edge.from + (edge.to - edge.from) * (k / 64.0))) return true;
+        }
+        return false;
+      };
+      const auto same = [](const accel::SilhouetteEdge& a) {
+        return [&a](const accel::SilhouetteEdge& b) {
+          return a.place == b.place && a.from == b.from && a.to == b.to && a.jump == b.jump;
+        };
+      };
+      for (const accel::SilhouetteEdge& edge : alone.silhouette()) {
+        if (!meets_disc(edge)) continue;
+        ++edges;
+        CHECK(std::ranges::any_of(shared.silhouette(), same(edge)));
+      }
+      for (const accel::SilhouetteEdge& edge : shared.silhouette()) {
+        if (meets_disc(edge)) CHECK(std::ranges::any_of(alone.silhouette(), same(edge)));
+      }
+    }
+  }
+  MESSAGE(outlined, " cells, ", edges, " silhouette edges in sight of the light");
+  CHECK(outlined > 200);
+  CHECK(edges > 500);
+}
