@@ -43,20 +43,27 @@ void include(const Target& target, int axis, math::Bounds& bounds) {
   }
 }
 
+/// Whether no part of an item that is no patch is in the region, as far as its sphere or box tells.
+bool misses(const HalfSpaces& region, const World& world, const Item& item) {
+  if (item.kind == Kind::sphere && item.placement == not_placed) return region.miss(world.spheres[item.index]);
+  const auto box = bounds_of(world, item);
+  return box && region.miss(*box);
+}
+
 /// Ends the region behind the target, and limits it to what lies before the target's middle, as all viewpoints see it.
-void add_ends(HalfSpaces& region, const Vec3& base, const Target& target, const RoundCell& viewpoints) {
+/// The region's base is the middle of the viewpoints.
+void add_ends(HalfSpaces& region, const Target& target, const RoundCell& viewpoints) {
   if (target.is_infinite) return;
   const Vec3 way = target.centre - viewpoints.centre;
   const double distance = math::length(way);
   const math::Frame frame = math::frame_around(way * (1 / distance));
-  const Vec3 to_middle = target.centre - base;
-  region.add(frame.n, dot(frame.n, to_middle) + target.radius);
+  region.add(frame.n, dot(frame.n, way) + target.radius);
   // The viewpoints' ways to the middle lie in a cone, and that within these four.
   const double sine = viewpoints.radius / distance, tangent = 1.001 * sine / std::sqrt(1 - sine * sine);
   for (const double u : {-tangent, tangent}) {
     for (const double v : {-tangent, tangent}) {
       const Vec3 outward = frame.n + frame.u * u + frame.v * v;
-      region.add_limit(outward, dot(outward, to_middle));
+      region.add_limit(outward, dot(outward, way));
     }
   }
 }
@@ -85,7 +92,7 @@ std::optional<HalfSpaces> hull(const FlatCell& cell, const Target& target) {
     region.add(outward, dot(outward, from - base));
   }
   region.add_floor(cell.up);
-  add_ends(region, base, target, around(cell));
+  add_ends(region, target, around(cell));
   return region;
 }
 
@@ -93,7 +100,7 @@ std::optional<HalfSpaces> hull(const RoundCell& cell, const Target& target) {
   const double R = cell.radius, r = target.radius;
   const Vec3 to_target = towards(target, cell.centre);
   const double distance = math::length(to_target);
-  if (!(distance > 1.01 * (R + r))) return std::nullopt;
+  if (!(distance > 1.01 * (target.is_infinite ? r : R + r))) return std::nullopt;
   const double reach = 3 * (math::max_component(abs(cell.centre)) + math::max_component(abs(target.centre)) + R + r);
   math::Bounds bounds;
   for (int axis = 0; axis < 3; ++axis) {
@@ -108,7 +115,7 @@ std::optional<HalfSpaces> hull(const RoundCell& cell, const Target& target) {
   const math::Frame frame = math::frame_around(forward);
   for (const Vec3& side : {frame.u, frame.v, -frame.u, -frame.v}) region.add(side * cosine + forward * sine, R);
   region.add(-forward, R);
-  add_ends(region, cell.centre, target, cell);
+  add_ends(region, target, cell);
   return region;
 }
 
@@ -140,13 +147,10 @@ class CellContents::Search {
   bool add_other(const HalfSpaces& region, std::uint32_t id) {
     const Item& item = world_.items[id];
     if (item.kind == Kind::plane && (id == self_.item || is_beside(world_.planes[item.index]))) return false;
-    if (item.kind == Kind::sphere && item.placement == not_placed) {
-      const geometry::SphereShape& sphere = world_.spheres[item.index];
-      if (region.miss(sphere)) return false;
-      if (item.is_opaque && covers(sphere)) return is_dark_ = true;
-    } else if (const auto box = bounds_of(world_, item); box && region.miss(*box)) {
-      return false;
-    }
+    if (misses(region, world_, item)) return false;
+    if (item.kind == Kind::sphere && item.placement == not_placed && item.is_opaque &&
+        covers(world_.spheres[item.index]))
+      return is_dark_ = true;
     return add(id, found_.others_, found_.other_count_);
   }
 
@@ -250,11 +254,7 @@ class CellContents::OutlineSearch {
   bool add_other(std::uint32_t id) {
     const Item& item = world_.items[id];
     if (item.kind == Kind::plane && self_ != nullptr && id == self_->item) return false;
-    if (item.kind == Kind::sphere && item.placement == not_placed) {
-      if (region_.miss(world_.spheres[item.index])) return false;
-    } else if (const auto box = bounds_of(world_, item); box && region_.miss(*box)) {
-      return false;
-    }
+    if (misses(region_, world_, item)) return false;
     if (found_.other_count_ == other_capacity) return true;
     found_.others_[found_.other_count_++] = id;
     return false;

@@ -14,7 +14,7 @@ def measure(name, threads, runs, edge, *more):
     return json.loads(out.read_text())
 
 
-def errors(names=None, thread_counts=(1, 2), runs=8, edge=scenes.EDGE, target=8e-4):
+def errors(names=None, thread_counts=(1, 2), runs=8, edge=scenes.EDGE, target=1e-3):
     build("bench_error")
     reports = []
     for name in names or scenes.SCENES:
