@@ -11,10 +11,12 @@
 //   no Content-Length waits for a timeout  here: a POST without a length is answered at once, one with length 0 works
 //   SO_REUSEPORT                           process_test.cpp: a port that is taken is an error
 //   exception text in a header             here: what a handler throws stays inside
-//   one thread for each event stream       events_test.cpp: streams are limited; access_test.cpp: shared out among
-//   clients dead clients are noticed late          here: the slot of a client that left is free soon stop() waits for
-//   open connections      process_test.cpp: a signal ends the server cleanly a dropped task leaks its descriptor here:
-//   refused connections leave no descriptor open
+//   one thread for each event stream       events_test.cpp: streams are limited; access_test.cpp: shared out
+//   dead clients are noticed late          here: the slot of a client that left is free soon
+//   stop() waits for open connections      process_test.cpp: a signal ends the server cleanly
+//   a dropped task leaks its descriptor    here: refused connections leave no descriptor open
+//
+// tests/traps/run opens them again one by one, and shows that these tests fail.
 #include <doctest/doctest.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>

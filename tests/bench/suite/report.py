@@ -4,7 +4,7 @@ import io
 import re
 import subprocess
 
-from suite import errors, growth, rays
+from suite import errors, growth, points, rays
 from suite.common import RESULTS, ROOT
 from suite.peers import compare
 
@@ -39,7 +39,7 @@ def tables():
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         print(machine())
-        for module in (rays, errors, compare, growth):
+        for module in (rays, errors, compare, growth, points):
             module.show()
     return text.getvalue()
 

@@ -58,7 +58,7 @@ def family_report(family, scene, exact, threads, edge, most_runs, coarsest):
     return {"renderers": renderers, "limit_rmse": rmse(limit, exact)}
 
 
-def peers(names=None, thread_counts=(1, 2), edge=scenes.EDGE, most_runs=MOST_RUNS, coarsest=None, target=8e-4):
+def peers(names=None, thread_counts=(1, 2), edge=scenes.EDGE, most_runs=MOST_RUNS, coarsest=None, target=1e-3):
     build("bench_error")
     reports = []
     for name in names or scenes.SCENES:

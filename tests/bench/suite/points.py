@@ -1,0 +1,28 @@
+"""Points called lit or dark for certain, against 4,096 rays each, on every scene."""
+import json
+import subprocess
+import sys
+
+from suite import scenes
+from suite.common import BIN, RESULTS, build, load, print_table, save
+
+
+def points(names=None, grid=64):
+    build("bench_points")
+    lines = []
+    for name in names or scenes.SCENES:
+        done = subprocess.run([BIN / "bench_points", scenes.write(name, RESULTS / "scenes"), "--grid", str(grid)], capture_output=True,
+                              text=True)
+        if done.returncode not in (0, 1):
+            sys.exit(done.stderr)
+        lines.append(json.loads(done.stdout))
+        save("points", lines)
+    show(lines)
+
+
+def show(lines=None):
+    lines = lines or load("points") or []
+    if lines:
+        print_table(f"Points and lights: what is lit or dark for certain, against {lines[0]['rays']} rays each",
+                    [("scene", "lit", "dark", "in a penumbra", "wrong"),
+                     *((l["scene"], l["lit"], l["dark"], l["partial"], l["wrong"]) for l in lines)])
