@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <chrono>
+#include <sstream>
 
 #include "tests/server/fixture.h"
 
@@ -39,7 +40,12 @@ TEST_CASE("requests that cannot be framed are refused at once") {
   const TestServer server;
   CHECK(refused_with(server, post_head("")) == 411);
   CHECK(refused_with(server, post_head("Transfer-Encoding: chunked\r\n") + "5\r\nhello\r\n0\r\n\r\n") == 411);
-  CHECK(refused_with(server, post_head("Transfer-Encoding: chunked\r\nContent-Length: 5\r\n") + "hello") == 400);
+  // A job that would be taken.
+  const std::string job = small_job();
+  std::ostringstream chunks;
+  chunks << std::hex << job.size() << "\r\n" << job << "\r\n0\r\n\r\n";
+  const std::string length = "Content-Length: " + std::to_string(chunks.str().size()) + "\r\n";
+  CHECK(refused_with(server, post_head("Transfer-Encoding: chunked\r\n" + length) + chunks.str()) == 400);
   CHECK(refused_with(server, post_head("Content-Length: 5\r\nContent-Length: 6\r\n") + "hello") == 400);
   CHECK(refused_with(server, post_head("Content-Encoding: gzip\r\nContent-Length: 5\r\n") + "hello") == 415);
   CHECK(refused_with(server, "GET / HTTP/1.1\r\n\r\n") == 400);
