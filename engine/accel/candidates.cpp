@@ -25,7 +25,7 @@ class Candidates::Search {
     };
     const auto add_listed = [&](std::uint32_t index) { return add_own(index, {true, true, true}); };
     const bool is_listed = among != nullptr && among->verdict() == CellContents::Verdict::listed;
-    const CellContents::Outline* outline = among == nullptr || projection_ == nullptr ? nullptr : among->outline();
+    const Outline* outline = among == nullptr || projection_ == nullptr ? nullptr : among->outline();
     if (is_listed || outline != nullptr) {
       if (std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_listed)) return;
       if (outline == nullptr) return;

@@ -235,7 +235,8 @@ class CellContents::OutlineSearch {
     const auto at_other = [&](std::uint32_t item) { return add_other(item); };
     const auto left_out = [&] { found_.outline_->has_triangles = true; };
     std::optional<Silhouettes> silhouettes;
-    if (world_.structure.cones) silhouettes.emplace(*world_.structure.cones, viewpoints_.centre, viewpoints_.radius);
+    if (world_.structure.cones)
+      silhouettes.emplace(Silhouettes{*world_.structure.cones, viewpoints_.centre, viewpoints_.radius});
     const bool is_too_much =
         std::ranges::any_of(world_.infinite_items, at_other) ||
         search(world_.structure, region_, silhouettes ? &*silhouettes : nullptr, at_triangle, at_other, left_out);

@@ -30,17 +30,17 @@ struct Target {
   bool is_infinite = false;
 };
 
+/// What the opaque triangles between a cell and a target may show of a silhouette.
+struct Outline {
+  EdgeList edges;
+  bool has_triangles = false;  // there may be some, though they need not show an edge
+};
+
 /// What may cross a segment from a point of a cell to one of a target.
 class CellContents {
  public:
   /// Nothing; one opaque triangle crosses every segment; the lists hold all that may cross one; not known.
   enum class Verdict : std::uint8_t { lit, dark, listed, unknown };
-
-  /// What opaque triangles may show of a silhouette; what else may cross a segment is in the lists.
-  struct Outline {
-    EdgeList edges;
-    bool has_triangles = false;  // there may be some, though they need not show an edge
-  };
 
   CellContents() = default;  ///< Unknown.
   /// A verdict. Coplanar neighbours of the cell are left out: no segment that rises above a plane meets what does not.
@@ -55,6 +55,7 @@ class CellContents {
   /// Of World::triangles, and of World::items that are no patches; when listed. Beside an outline, no opaque triangles.
   std::span<const std::uint32_t> triangles() const { return {triangles_.data(), triangle_count_}; }
   std::span<const std::uint32_t> others() const { return {others_.data(), other_count_}; }
+  /// Beside the lists of what else may cross a segment.
   const Outline* outline() const { return outline_ ? &*outline_ : nullptr; }
 
  private:
