@@ -81,7 +81,7 @@ class RegionVisitor {
 };
 
 /// To leave out triangles whose edges are surely no silhouettes in the region, seen from anywhere in a ball, if they
-/// end before the region's far plane.
+/// lie within the region's limits.
 struct Silhouettes {
   const NormalCones& cones;
   Vec3 viewpoint;     // the middle of the ball
