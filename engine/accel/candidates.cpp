@@ -14,6 +14,7 @@ class Candidates::Search {
       : world_(world), self_(self), leaves_self_(leaves_self), projection_(projection), found_(found) {
     found.list_.clear();
     found.silhouette_.clear();
+    found.spheres_.clear();
     found.has_opaque_triangles_ = found.is_incomplete_ = found.is_dark_ = false;
   }
 
@@ -29,12 +30,27 @@ class Candidates::Search {
     if (is_listed || outline != nullptr) {
       if (std::ranges::any_of(among->others(), add) || std::ranges::any_of(among->triangles(), add_listed)) return;
       if (outline == nullptr) return;
+      if (!outline->spheres.append(*projection_, self_.item, found_.spheres_)) {
+        found_.is_dark_ = true;
+        return;
+      }
+      if (!leaves_self_ && outline->spheres.contains(self_.item) && add(self_.item)) return;
       found_.has_opaque_triangles_ = found_.has_opaque_triangles_ || outline->has_triangles;
       outline->edges.append(*projection_, self_, found_.silhouette_);
       return;
     }
     if (std::ranges::any_of(world_.infinite_items, add)) return;
     search_structure(world_.structure, shaft, projection_, add_own, add);
+  }
+
+  /// Leaves opaque ones.
+  void list_spheres() {
+    if (found_.is_dark_ || found_.is_incomplete_) return;
+    drop_hidden(found_.spheres_);
+    std::erase_if(found_.spheres_, [&](const SeenSphere& sphere) {
+      if (!sphere.is_opaque) add({{sphere.item, 0}, false, false, {}});
+      return !sphere.is_opaque;
+    });
   }
 
  private:
@@ -125,11 +141,13 @@ class Candidates::Search {
            all([](const Vec3& p) { return p.z < 0; }) || (!is_infinite && all([](const Vec3& p) { return p.z > 1; }));
   }
 
-  static bool is_apart(const geometry::SphereShape& sphere, const Projection& projection) {
-    if (projection.cone.misses(sphere.center - projection.apex, sphere.radius)) return true;
-    const double beyond = projection(sphere.center).z - 1;
-    return !projection.is_infinite && beyond > 0 &&
-           beyond * beyond > sphere.radius * sphere.radius * math::dot(projection.w, projection.w);
+  bool add_sphere(const geometry::SphereShape& sphere, std::uint32_t id, bool is_opaque) {
+    const InCone place = place_in(*projection_, sphere);
+    if (place == InCone::apart) return false;
+    if (id == self_.item) return add({{id, 0}, is_opaque, false, {}});
+    if (place == InCone::covers_it && is_opaque) return found_.is_dark_ = true;
+    see(*projection_, sphere, id, is_opaque, found_.spheres_);
+    return false;
   }
 
   bool add_item(const Shaft& shaft, std::uint32_t id) {
@@ -154,7 +172,8 @@ class Candidates::Search {
       if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
       if (item.kind == Kind::sphere) {
         const geometry::SphereShape& sphere = world_.spheres[item.index];
-        if (projection_ == nullptr ? shaft.misses(sphere) : is_apart(sphere, *projection_)) return false;
+        if (projection_ != nullptr) return add_sphere(sphere, id, item.is_opaque);
+        if (shaft.misses(sphere)) return false;
         if (item.is_opaque && id != self_.item && covers(shaft, sphere)) return found_.is_dark_ = true;
         return add({{id, 0}, item.is_opaque, false, {}});
       }
@@ -175,9 +194,7 @@ class Candidates::Search {
         [](std::uint32_t) { return false; });
   }
 
-  bool covers(const Shaft& shaft, const geometry::SphereShape& sphere) const {
-    if (projection_ != nullptr)
-      return projection_->cone.is_covered_by(sphere.center - projection_->apex, sphere.radius);
+  static bool covers(const Shaft& shaft, const geometry::SphereShape& sphere) {
     if (shaft.is_infinite()) return false;
     Vec3 axis;
     for (const Vec3& edge : shaft.edges()) axis += edge * 0.25;
@@ -209,7 +226,9 @@ void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId&
 
 void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
                                     const SurfaceId& self, bool leaves_self, const CellContents* among) {
-  Search(world, self, leaves_self, &projection, *this).collect(shaft, among);
+  Search search(world, self, leaves_self, &projection, *this);
+  search.collect(shaft, among);
+  search.list_spheres();
 }
 
 }  // namespace penumbra::accel

@@ -7,6 +7,7 @@
 #include "engine/accel/cell.h"
 #include "engine/accel/shaft.h"
 #include "engine/accel/silhouettes.h"
+#include "engine/accel/sphere_list.h"
 #include "engine/accel/world.h"
 
 namespace penumbra::accel {
@@ -32,17 +33,21 @@ class Candidates {
 
   /// As `gather`, but of opaque triangles only the silhouette: the edges in sight that do not lie between two triangles
   /// side by side. Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH
-  /// 2005.
+  /// 2005. And of opaque spheres only those that no larger one hides, in `spheres`.
   void gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection, const SurfaceId& self,
                           bool leaves_self, const CellContents* among = nullptr);
 
   std::span<const Candidate> list() const { return list_; }
+  /// Of a silhouette: opaque, not placed, not `self`, and not in the list.
+  std::span<const SeenSphere> spheres() const { return spheres_; }
   /// In the structure's order; edges beside the shaft may be among them.
   std::span<const SilhouetteEdge> silhouette() const { return silhouette_; }
   /// Places in the list, which is in the structure's order, by the scene's.
   std::span<const std::uint32_t> scene_order();
   /// Some opaque triangle may be in the shaft, though it need not show a silhouette.
   bool has_opaque_triangles() const { return has_opaque_triangles_; }
+  /// Nothing crosses the shaft, opaque triangles without a silhouette aside.
+  bool is_empty() const { return list_.empty() && spheres_.empty() && silhouette_.empty() && !is_incomplete_; }
   /// The list is of no use: too much may cross the shaft, or (of a silhouette) a triangle crosses its far plane.
   bool is_incomplete() const { return is_incomplete_; }
   /// One opaque surface crosses every segment of the shaft.
@@ -53,6 +58,7 @@ class Candidates {
   static constexpr std::size_t list_capacity = 48, outline_capacity = 1024;
   std::vector<Candidate> list_;
   std::vector<std::uint32_t> order_;
+  std::vector<SeenSphere> spheres_;
   std::vector<SilhouetteEdge> silhouette_;
   bool has_opaque_triangles_ = false, is_incomplete_ = false, is_dark_ = false;
 };

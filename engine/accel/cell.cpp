@@ -256,6 +256,10 @@ class CellContents::OutlineSearch {
     const Item& item = world_.items[id];
     if (item.kind == Kind::plane && self_ != nullptr && id == self_->item) return false;
     if (misses(region_, world_, item)) return false;
+    if (item.kind == Kind::sphere && item.placement == not_placed) {
+      found_.outline_->spheres.add(world_.spheres[item.index], id, item.is_opaque);
+      return found_.outline_->spheres.size() > sphere_capacity;
+    }
     if (found_.other_count_ == other_capacity) return true;
     found_.others_[found_.other_count_++] = id;
     return false;
@@ -292,7 +296,7 @@ class CellContents::OutlineSearch {
     std::uint32_t triangle;
     SurfaceId across;
   };
-  static constexpr std::size_t edge_capacity = 1024;
+  static constexpr std::size_t edge_capacity = 1024, sphere_capacity = 2048;
   const World& world_;
   const HalfSpaces& region_;
   const RoundCell& viewpoints_;

@@ -7,6 +7,7 @@
 
 #include "engine/accel/half_spaces.h"
 #include "engine/accel/silhouettes.h"
+#include "engine/accel/sphere_list.h"
 #include "engine/accel/world.h"
 
 namespace penumbra::accel {
@@ -30,9 +31,10 @@ struct Target {
   bool is_infinite = false;
 };
 
-/// What the opaque triangles between a cell and a target may show of a silhouette.
+/// What the opaque triangles between a cell and a target may show of a silhouette, and the spheres there.
 struct Outline {
   EdgeList edges;
+  SphereList spheres;          // that stand there, not placed
   bool has_triangles = false;  // there may be some, though they need not show an edge
 };
 
@@ -52,7 +54,8 @@ class CellContents {
   static CellContents outlined(const World& world, const RoundCell& cell, const Target& target);
 
   Verdict verdict() const { return verdict_; }
-  /// Of World::triangles, and of World::items that are no patches; when listed. Beside an outline, no opaque triangles.
+  /// Of World::triangles, and of World::items that are no patches; when listed. Beside an outline, no opaque triangles
+  /// nor spheres of the outline's.
   std::span<const std::uint32_t> triangles() const { return {triangles_.data(), triangle_count_}; }
   std::span<const std::uint32_t> others() const { return {others_.data(), other_count_}; }
   /// Beside the lists of what else may cross a segment.

@@ -27,7 +27,7 @@ class ViewCone {
     if (!(radius * (1 - margin) > sine_ * std::sqrt(squared)) || !(squared > r2 * (1 + margin))) return false;
     // The sphere's tangent circle, and what is nearer, must be on this side of all ends.
     const double along = math::dot(axis_, centre);
-    if (!(along > 0) || !(squared < nearest_ * nearest_ * (1 - margin))) return false;
+    if (!(along > 0) || !(squared < before())) return false;
     // angle(axis, centre) + cone's angle ≤ sphere's angle, by the cosine of their difference
     return along * (1 - margin) > std::sqrt(squared - r2) * cosine_ + radius * sine_;
   }
@@ -35,14 +35,21 @@ class ViewCone {
   /// No segment meets the sphere.
   bool misses(const Vec3& centre, double radius) const {
     const double squared = math::dot(centre, centre), r2 = radius * radius;
-    if (sine_ > 1 || !(squared > r2 * (1 + margin))) return false;
+    if (!is_known() || !(squared > r2 * (1 + margin))) return false;
     // angle(axis, centre) ≥ cone's angle + sphere's angle
     const double along = math::dot(axis_, centre), both = std::sqrt(squared - r2) * cosine_ - radius * sine_;
     return along < both - margin * std::sqrt(squared);
   }
 
- private:
+  // What the tests are made of, for SIMD.
   static constexpr double margin = 0x1p-40;
+  bool is_known() const { return sine_ <= 1; }
+  const Vec3& axis() const { return axis_; }
+  double sine() const { return sine_; }  // of the half-angle
+  double cosine() const { return cosine_; }
+  double before() const { return nearest_ * nearest_ * (1 - margin); }  // the square of what all segments go beyond
+
+ private:
   ViewCone(const Vec3& axis, double sine, double nearest)
       : axis_(axis), sine_(sine), cosine_(std::sqrt(1 - sine * sine)), nearest_(nearest) {}
   Vec3 axis_;

@@ -1,12 +1,14 @@
 #include "engine/shading/chord_sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "engine/math/elementary.h"
+#include "engine/shading/cover_chords.h"
 
 namespace penumbra::shading {
 namespace {
@@ -43,8 +45,9 @@ Point2 turned_point(const Point2& p, const Point2& along, const Point2& across) 
   return {p.x * along.x + p.y * along.y, p.x * across.x + p.y * across.y};
 }
 
-/// Narrows [begin, end] to where a·t² + 2b·t + c ≥ 0, which is convex there.
-void clip_round(double a, double b, double c, double& begin, double& end) {
+/// Narrows [begin, end] to where a·t² + 2b·t + c ≥ 0 with a ≥ 0, which is convex there: one branch of a hyperbola is
+/// inside a cone, the other inside its mirror image, which edges[0] ≥ 0 has cut off.
+void clip_to_hyperbola(double a, double b, double c, double& begin, double& end) {
   const auto is_inside = [&](double t) { return (a * t + 2 * b) * t + c >= 0; };
   const double discriminant = b * b - a * c;
   if (!(discriminant > 0) || a == 0) {
@@ -54,11 +57,6 @@ void clip_round(double a, double b, double c, double& begin, double& end) {
   const double q = -(b + std::copysign(std::sqrt(discriminant), b));
   double low = q / a, high = q != 0 ? c / q : -low;
   if (low > high) std::swap(low, high);
-  if (a < 0) {
-    begin = std::max(begin, low), end = std::min(end, high);
-    return;
-  }
-  // A hyperbola: one branch is inside the cone, the other inside its mirror image, which edges[0] ≥ 0 has cut off.
   if (low > begin && high < end) {
     (is_inside(0.5 * (begin + low)) ? end : begin) = is_inside(0.5 * (begin + low)) ? low : high;
   } else if (low > begin && low < end) {
@@ -117,7 +115,7 @@ void ChordSweep::clip(std::span<const accel::SilhouetteEdge> silhouette) {
 ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, double turn) const {
   double xx = 0, xy = 0, yy = 0;
   for (const DiscCover& cover : covers) {
-    for (std::size_t i = 0; i < cover.edge_count; ++i) {
+    for (std::size_t i = 0; i < cover.edge_count && !cover.is_round; ++i) {
       const Linear& f = cover.edges[i];
       const double weight = length_in_disc(cover, i) / (f.b * f.b + f.c * f.c);
       if (!(weight > 0)) continue;
@@ -146,11 +144,17 @@ ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, do
 void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) {
   count_ = static_cast<std::size_t>(chords.count());
   if (chords_.size() < count_) chords_.resize(count_);
+  const std::size_t padded = count_ <= 4 ? 4 : (count_ + 7) / 8 * 8;
+  if (offset_.size() != padded) {
+    for (std::vector<double>* lanes : {&offset_, &open_begin_, &open_end_, &cover_begin_, &cover_end_})
+      lanes->assign(padded, 0);
+  }
   const sampling::DiscChords::Shift shifted = chords.shifted(shift);
   for (std::size_t k = 0; k < count_; ++k) {
     const auto [offset, half_length, weight] = chords.chord(chords.count() - 1 - static_cast<int>(k), shifted);
     Chord& chord = chords_[k];
     chord.offset = offset, chord.half_length = half_length, chord.weight = weight, chord.depth = 0;
+    offset_[k] = offset, open_begin_[k] = -half_length, open_end_[k] = half_length;
     chord.crossings.clear(), chord.opaque.clear(), chord.clear.clear();
   }
 }
@@ -184,38 +188,30 @@ void ChordSweep::add(const Edge& edge, const Frame& frame) {
 void ChordSweep::add(const DiscCover& cover, const Frame& frame) {
   std::array<Linear, 4> edges;
   for (std::size_t i = 0; i < cover.edge_count; ++i) edges[i] = frame.turned(cover.edges[i]);
-  std::size_t first = 0, last = count_;
-  Quadratic q;
-  if (cover.is_round) {
-    q = frame.turned(cover.round);
-    // Offsets at which the chord's quadratic has roots: where b(s)² − f·c(s) ≥ 0.
-    const double p2 = q.e * q.e - q.f * q.d, p1 = q.c * q.e - q.f * q.b, p0 = q.c * q.c - q.f * q.a;
-    if (q.f < 0 && p2 < 0) {
-      const double discriminant = p1 * p1 - p2 * p0;
-      if (!(discriminant > 0)) return;
-      const double centre = -p1 / p2, half = std::sqrt(discriminant) / -p2;
-      while (first < last && chords_[first].offset < centre - half) ++first;
-      while (last > first && chords_[last - 1].offset > centre + half) --last;
+  const Quadratic q = cover.is_round ? frame.turned(cover.round) : Quadratic{};
+  clip_to_cover(std::span(edges).first(cover.edge_count), q.f < 0 ? &q : nullptr,
+                {offset_.data(), open_begin_.data(), open_end_.data(), offset_.size()}, cover_begin_.data(),
+                cover_end_.data());
+  for (std::size_t k = 0; k < count_; ++k) {
+    double begin = cover_begin_[k], end = cover_end_[k];
+    if (cover.is_round && !(q.f < 0) && begin < end) {
+      const double s = offset_[k];
+      clip_to_hyperbola(q.f, q.c + q.e * s, q.a + (2 * q.b + q.d * s) * s, begin, end);
     }
+    if (begin < end) hide(k, {begin, end, &cover});
   }
-  for (std::size_t k = first; k < last; ++k) {
-    Chord& chord = chords_[k];
-    double begin = -chord.half_length, end = chord.half_length;
-    for (std::size_t i = 0; i < cover.edge_count; ++i) {
-      const double value = edges[i].a + edges[i].b * chord.offset, slope = edges[i].c;
-      if (slope > 0) {
-        begin = std::max(begin, -value / slope);
-      } else if (slope < 0) {
-        end = std::min(end, -value / slope);
-      } else if (value < 0) {
-        end = begin;
-      }
-    }
-    if (cover.is_round && begin < end) {
-      const double s = chord.offset;
-      clip_round(q.f, q.c + q.e * s, q.a + (2 * q.b + q.d * s) * s, begin, end);
-    }
-    if (begin < end) (cover.is_opaque ? chord.opaque : chord.clear).push_back({begin, end, &cover});
+}
+
+/// What is hidden at an end of the chord need not be looked at again.
+void ChordSweep::hide(std::size_t chord, const Interval& interval) {
+  if (interval.cover != nullptr && !interval.cover->is_opaque) {
+    chords_[chord].clear.push_back(interval);
+  } else if (interval.begin <= open_begin_[chord]) {
+    open_begin_[chord] = std::max(open_begin_[chord], interval.end);
+  } else if (interval.end >= open_end_[chord]) {
+    open_end_[chord] = std::min(open_end_[chord], interval.begin);
+  } else {
+    chords_[chord].opaque.push_back(interval);
   }
 }
 
@@ -240,7 +236,7 @@ void ChordSweep::hide_behind_triangles() {
     int depth = chord.depth;
     double from = -chord.half_length;
     const auto hide_until = [&](double end) {
-      if (depth > least && end > from) chord.opaque.push_back({from, end, nullptr});
+      if (depth > least && end > from) hide(k, {from, end, nullptr});
       from = end;
     };
     for (const Crossing& crossing : chord.crossings) {
@@ -251,7 +247,8 @@ void ChordSweep::hide_behind_triangles() {
   }
 }
 
-void ChordSweep::light(Chord& chord, const Frame& frame, OpenPlace& longest) {
+void ChordSweep::light(std::size_t index, const Frame& frame, OpenPlace& longest) {
+  Chord& chord = chords_[index];
   Color sum;
   const auto add_open = [&](double begin, double end) {
     if (end - begin > longest.length) {
@@ -280,12 +277,13 @@ void ChordSweep::light(Chord& chord, const Frame& frame, OpenPlace& longest) {
   };
   std::sort(chord.opaque.begin(), chord.opaque.end(),
             [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
-  double open_from = -chord.half_length;
+  double open_from = open_begin_[index];
   for (const Interval& interval : chord.opaque) {
-    if (interval.begin > open_from) add_open(open_from, interval.begin);
+    const double open_until = std::min(interval.begin, open_end_[index]);
+    if (open_until > open_from) add_open(open_from, open_until);
     open_from = std::max(open_from, interval.end);
   }
-  if (open_from < chord.half_length) add_open(open_from, chord.half_length);
+  if (open_from < open_end_[index]) add_open(open_from, open_end_[index]);
   chord.lit = sum * (1 / (2 * chord.half_length));
 }
 
@@ -312,7 +310,7 @@ sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
   if (has_triangles) hide_behind_triangles();
   OpenPlace longest;
   for (std::size_t k = 0; k < count_; ++k) {
-    if (chords_[k].half_length > 0) light(chords_[k], frame, longest);
+    if (chords_[k].half_length > 0) light(k, frame, longest);
   }
   const bool is_dark = longest.length == 0 || (has_triangles && !probe(longest.x, longest.y));
   for (std::size_t k = 0; k < count_; ++k) {

@@ -71,13 +71,16 @@ class ChordSweep {
   void place_chords(const sampling::DiscChords& chords, double shift);
   void add(const Edge& edge, const Frame& frame);
   void add(const DiscCover& cover, const Frame& frame);
+  void hide(std::size_t chord, const Interval& interval);
   void hide_behind_triangles();
   /// Fills in what gets through a chord; offers the middle of its longest open part.
-  static void light(Chord& chord, const Frame& frame, OpenPlace& longest);
+  void light(std::size_t index, const Frame& frame, OpenPlace& longest);
 
   std::vector<Edge> edges_;
   std::vector<Chord> chords_;  // by ascending offset
   std::size_t count_ = 0;
+  // By chord, filled up as ChordLanes are: beyond open_begin_ and open_end_ all is hidden.
+  std::vector<double> offset_, open_begin_, open_end_, cover_begin_, cover_end_;
   bool is_certain_ = false;
 };
 

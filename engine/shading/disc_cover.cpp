@@ -52,6 +52,19 @@ DiscCover cover_of_disc(const Vec3& centre, const Vec3& normal, double radius, c
   return cover;
 }
 
+bool append_cover_of_sphere(const Vec3& centre, double radius, const DiscView& view, std::vector<DiscCover>& covers) {
+  if (!(math::length(centre) > radius * (1 + math::gamma(64)))) return false;
+  if (!ends_before_light(centre, radius, view)) return false;
+  DiscCover& cover = covers.emplace_back();
+  cover.edges[cover.edge_count++] = linear(centre, 0, view, 1);
+  cover.is_round = true;
+  add_squared(
+      -1, view, [&](const Vec3& d) { return cross(centre, d); }, cover.round);
+  add_squared(
+      radius * radius, view, [](const Vec3& d) { return d; }, cover.round);
+  return true;
+}
+
 }  // namespace
 
 double length_in_disc(const DiscCover& cover, std::size_t edge) {
@@ -112,17 +125,11 @@ bool append_cover(const geometry::TriangleVertices& triangle, const DiscView& vi
 }
 
 bool append_cover(const geometry::SphereShape& sphere, const DiscView& view, std::vector<DiscCover>& covers) {
-  const Vec3 centre = sphere.center - view.from;
-  if (!(math::length(centre) > sphere.radius * (1 + math::gamma(64)))) return false;
-  if (!ends_before_light(centre, sphere.radius, view)) return false;
-  DiscCover& cover = covers.emplace_back();
-  cover.edges[cover.edge_count++] = linear(centre, 0, view, 1);
-  cover.is_round = true;
-  add_squared(
-      -1, view, [&](const Vec3& d) { return cross(centre, d); }, cover.round);
-  add_squared(
-      sphere.radius * sphere.radius, view, [](const Vec3& d) { return d; }, cover.round);
-  return true;
+  return append_cover_of_sphere(sphere.center - view.from, sphere.radius, view, covers);
+}
+
+bool append_cover(const accel::SeenSphere& sphere, const DiscView& view, std::vector<DiscCover>& covers) {
+  return append_cover_of_sphere(sphere.centre, sphere.radius, view, covers);
 }
 
 bool append_cover(const geometry::PlaneShape& plane, const DiscView& view, std::vector<DiscCover>& covers) {

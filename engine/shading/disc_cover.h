@@ -2,6 +2,7 @@
 #include <array>
 #include <vector>
 
+#include "engine/accel/sphere_list.h"
 #include "engine/geometry/quadrics.h"
 #include "engine/geometry/triangle.h"
 #include "engine/math/affine.h"
@@ -57,6 +58,8 @@ double length_in_disc(const DiscCover& cover, std::size_t edge);
 /// not be told this way: the point is in the shape or on it, or the shape reaches beyond the light.
 bool append_cover(const geometry::TriangleVertices& triangle, const DiscView& view, std::vector<DiscCover>& covers);
 bool append_cover(const geometry::SphereShape& sphere, const DiscView& view, std::vector<DiscCover>& covers);
+/// Seen from view.from.
+bool append_cover(const accel::SeenSphere& sphere, const DiscView& view, std::vector<DiscCover>& covers);
 /// The far side of a plane; the point does not lie in it.
 bool append_cover(const geometry::PlaneShape& plane, const DiscView& view, std::vector<DiscCover>& covers);
 /// Up to three covers, for an opaque cylinder with caps alone.

@@ -50,7 +50,7 @@ class LightCells {
   accel::FlatCell flat_cell(const Key& key) const;
   static accel::RoundCell round_cell(const Key& key);
 
-  static constexpr std::size_t capacity = 1024;
+  static constexpr std::size_t capacity = 4096;
   static constexpr std::uint16_t none = 0xffff;
   const accel::World& world_;
   bool has_round_cells_;

@@ -84,7 +84,7 @@ Shadows::Verdict Shadows::classify(const ShadingPoint& at, const std::array<Vec3
                      cell_);
   if (candidates_.is_dark()) return Verdict::dark;
   if (candidates_.is_incomplete()) return Verdict::unknown;
-  return candidates_.list().empty() ? Verdict::lit : Verdict::listed;
+  return candidates_.is_empty() ? Verdict::lit : Verdict::listed;
 }
 
 Color Shadows::transmittance_of_sample(Verdict verdict, const ShadingPoint& at, const Vec3& towards, double limit) {
@@ -129,8 +129,7 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
       counters_.shadow_rays_dark += count;
       return {math::black, {}, true};
     }
-    if (candidates_.list().empty() && candidates_.silhouette().empty() && !candidates_.is_incomplete() &&
-        is_above_horizon) {
+    if (candidates_.is_empty() && is_above_horizon) {
       // Whatever triangles there are, one ray tells for all.
       const bool is_lit = !candidates_.has_opaque_triangles() || is_seen(0, 0);
       (is_lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
@@ -189,7 +188,13 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above
 
 Shadows::Covers Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {
   covers_.clear();
-  // In scene order, whatever structure found them: sums and products round the same way.
+  for (const accel::SeenSphere& sphere : candidates_.spheres()) {
+    if (!append_cover(sphere, view, covers_)) return Covers::unknown;
+    const Extent extent = extent_of(covers_.back());
+    if (extent == Extent::all) return Covers::dark;
+    if (extent == Extent::none) covers_.pop_back();
+  }
+  // In scene order, whatever structure found them: products round the same way.
   const accel::World& world = scene_.world;
   for (const std::uint32_t place : candidates_.scene_order()) {
     const accel::Candidate& candidate = candidates_.list()[place];

@@ -1,0 +1,176 @@
+// Compiled once per instruction set; the best one the processor has is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/accel/sphere_list.cpp"
+// clang-format off
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+// clang-format on
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <span>
+
+#include "engine/accel/sphere_list.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace penumbra::accel::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Doubles = hn::CappedTag<double, SphereList::width>;
+
+// Products and sums one by one, in the order of math::dot: the same bits on every processor.
+template <class V>
+HWY_INLINE V ordered_dot(const Vec3& a, V x, V y, V z) {
+  const Doubles d;
+  return hn::Add(hn::Add(hn::Mul(hn::Set(d, a.x), x), hn::Mul(hn::Set(d, a.y), y)), hn::Mul(hn::Set(d, a.z), z));
+}
+
+HWY_INLINE unsigned lanes(hn::Mask<Doubles> mask) {
+  std::uint8_t bytes[8]{};
+  hn::StoreMaskBits(Doubles(), mask, bytes);
+  return bytes[0];
+}
+
+/// False if an opaque sphere covers the cone. Line by line what place_in and see do.
+bool append_block(const SphereList::Block& block, const Projection& projection, std::uint32_t self,
+                  std::vector<SeenSphere>& seen) {
+  const Doubles d;
+  const ViewCone& cone = projection.cone;
+  const auto less = hn::Set(d, 1 - ViewCone::margin), more = hn::Set(d, 1 + ViewCone::margin);
+  for (std::size_t lane = 0; lane < SphereList::width; lane += hn::Lanes(d)) {
+    unsigned found = block.is_there >> lane & ((1u << hn::Lanes(d)) - 1);
+    const auto x = hn::Sub(hn::Load(d, block.centre[0] + lane), hn::Set(d, projection.apex.x)),
+               y = hn::Sub(hn::Load(d, block.centre[1] + lane), hn::Set(d, projection.apex.y)),
+               z = hn::Sub(hn::Load(d, block.centre[2] + lane), hn::Set(d, projection.apex.z));
+    const auto radius = hn::Load(d, block.radius + lane), r2 = hn::Mul(radius, radius);
+    const auto squared = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+    const auto tangent = hn::Sqrt(hn::Sub(squared, r2));  // no number for an apex inside
+    if (!projection.is_infinite) {
+      const auto beyond = hn::Sub(ordered_dot(projection.w, x, y, z), hn::Set(d, 1.0));
+      const auto reach = hn::Mul(r2, hn::Set(d, math::dot(projection.w, projection.w)));
+      found &= ~lanes(hn::And(hn::Gt(beyond, hn::Zero(d)), hn::Gt(hn::Mul(beyond, beyond), reach)));
+    }
+    unsigned covering = 0;
+    if (cone.is_known()) {
+      const auto is_outside = hn::Gt(squared, hn::Mul(r2, more));
+      const auto along = ordered_dot(cone.axis(), x, y, z), distance = hn::Sqrt(squared);
+      const auto tc = hn::Mul(tangent, hn::Set(d, cone.cosine())), rs = hn::Mul(radius, hn::Set(d, cone.sine()));
+      const auto limit = hn::Sub(hn::Sub(tc, rs), hn::Mul(hn::Set(d, ViewCone::margin), distance));
+      found &= ~lanes(hn::And(is_outside, hn::Lt(along, limit)));
+      const auto is_wide = hn::Gt(hn::Mul(radius, less), hn::Mul(hn::Set(d, cone.sine()), distance));
+      const auto is_before = hn::And(hn::Gt(along, hn::Zero(d)), hn::Lt(squared, hn::Set(d, cone.before())));
+      const auto is_around = hn::Gt(hn::Mul(along, less), hn::Add(tc, rs));
+      covering = lanes(hn::And(hn::And(is_wide, is_outside), hn::And(is_before, is_around))) & block.is_opaque >> lane;
+    }
+    if (found == 0) continue;
+    const auto size = hn::IfThenElse(hn::Gt(squared, r2), hn::Div(r2, squared), hn::Set(d, HUGE_VAL));
+    alignas(64) double rows[6][SphereList::width];
+    hn::Store(x, d, rows[0]), hn::Store(y, d, rows[1]), hn::Store(z, d, rows[2]);
+    hn::Store(radius, d, rows[3]), hn::Store(tangent, d, rows[4]), hn::Store(size, d, rows[5]);
+    for (; found != 0; found &= found - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(found));
+      const std::uint32_t item = block.item[lane + i];
+      if (item == self) continue;
+      if ((covering >> i & 1) != 0) return false;
+      seen.push_back({{rows[0][i], rows[1][i], rows[2][i]},
+                      rows[3][i],
+                      rows[4][i],
+                      rows[5][i],
+                      item,
+                      (block.is_opaque >> (lane + i) & 1) != 0});
+    }
+  }
+  return true;
+}
+
+bool append_spheres(std::span<const SphereList::Block> blocks, const Projection& projection, std::uint32_t self,
+                    std::vector<SeenSphere>& seen) {
+  return std::ranges::all_of(
+      blocks, [&](const SphereList::Block& block) HWY_ATTR { return append_block(block, projection, self, seen); });
+}
+
+/// Takes away what one of the first `count` spheres hides; they are no smaller.
+void drop_spheres(std::vector<SeenSphere>& seen, std::size_t count) {
+  const Doubles d;
+  alignas(64) double x[SphereList::width]{}, y[SphereList::width]{}, z[SphereList::width]{},
+      radius[SphereList::width]{}, tangent[SphereList::width];
+  std::fill_n(tangent, SphereList::width, HUGE_VAL);  // of lanes that hide nothing
+  for (std::size_t i = 0; i < count; ++i) {
+    x[i] = seen[i].centre.x, y[i] = seen[i].centre.y, z[i] = seen[i].centre.z, radius[i] = seen[i].radius;
+    if (seen[i].is_opaque) tangent[i] = seen[i].tangent;
+  }
+  // The angle between the centres and the smaller's angular radius add up to no more than the larger's: by the cosine
+  // of the difference of both radii.
+  const auto is_hidden = [&](const SeenSphere& sphere) HWY_ATTR {
+    unsigned hiding = 0;
+    for (std::size_t lane = 0; lane < SphereList::width; lane += hn::Lanes(d)) {
+      const auto dot = ordered_dot(sphere.centre, hn::Load(d, x + lane), hn::Load(d, y + lane), hn::Load(d, z + lane));
+      const auto least = hn::Add(hn::Mul(hn::Load(d, tangent + lane), hn::Set(d, sphere.tangent)),
+                                 hn::Mul(hn::Load(d, radius + lane), hn::Set(d, sphere.radius)));
+      hiding |= lanes(hn::Gt(hn::Mul(dot, hn::Set(d, 1 - ViewCone::margin)), least));
+    }
+    return hiding != 0;
+  };
+  const auto rest = seen.begin() + static_cast<std::ptrdiff_t>(count);
+  seen.erase(std::remove_if(rest, seen.end(), is_hidden), seen.end());
+}
+
+}  // namespace penumbra::accel::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace penumbra::accel {
+
+HWY_EXPORT(append_spheres);
+HWY_EXPORT(drop_spheres);
+
+bool SphereList::append(const Projection& projection, std::uint32_t self, std::vector<SeenSphere>& seen) const {
+  return HWY_DYNAMIC_DISPATCH(append_spheres)(blocks_, projection, self, seen);
+}
+
+void SphereList::add(const geometry::SphereShape& sphere, std::uint32_t item, bool is_opaque) {
+  const std::size_t lane = size_++ % width;
+  if (lane == 0) blocks_.push_back({});
+  Block& block = blocks_.back();
+  for (int axis = 0; axis < 3; ++axis) block.centre[axis][lane] = sphere.center[axis];
+  block.radius[lane] = sphere.radius, block.item[lane] = item;
+  block.is_there = static_cast<std::uint8_t>(block.is_there | 1u << lane);
+  if (is_opaque) block.is_opaque = static_cast<std::uint8_t>(block.is_opaque | 1u << lane);
+}
+
+bool SphereList::contains(std::uint32_t item) const {
+  return std::ranges::any_of(blocks_, [&](const Block& block) {
+    return std::ranges::any_of(std::span(block.item).first(std::popcount(block.is_there)),
+                               [&](std::uint32_t there) { return there == item; });
+  });
+}
+
+InCone place_in(const Projection& projection, const geometry::SphereShape& sphere) {
+  const Vec3 centre = sphere.center - projection.apex;
+  if (projection.cone.misses(centre, sphere.radius)) return InCone::apart;
+  const double beyond = math::dot(projection.w, centre) - 1;
+  if (!projection.is_infinite && beyond > 0 &&
+      beyond * beyond > sphere.radius * sphere.radius * math::dot(projection.w, projection.w))
+    return InCone::apart;
+  return projection.cone.is_covered_by(centre, sphere.radius) ? InCone::covers_it : InCone::crosses;
+}
+
+void see(const Projection& projection, const geometry::SphereShape& sphere, std::uint32_t item, bool is_opaque,
+         std::vector<SeenSphere>& seen) {
+  const Vec3 centre = sphere.center - projection.apex;
+  const double squared = math::dot(centre, centre), r2 = sphere.radius * sphere.radius;
+  seen.push_back(
+      {centre, sphere.radius, std::sqrt(squared - r2), squared > r2 ? r2 / squared : HUGE_VAL, item, is_opaque});
+}
+
+void drop_hidden(std::vector<SeenSphere>& seen) {
+  constexpr std::size_t count = 6;  // of the largest: more hide little more
+  if (seen.size() <= count) return;
+  std::ranges::partial_sort(seen, seen.begin() + count, std::ranges::greater{}, &SeenSphere::size);
+  HWY_DYNAMIC_DISPATCH(drop_spheres)(seen, count);
+}
+
+}  // namespace penumbra::accel
+#endif

@@ -1,0 +1,21 @@
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include "engine/shading/disc_cover.h"
+
+namespace penumbra::shading {
+
+/// Parallel chords of a disc, in lanes: what is left of each runs from `begin` to `end` along it. `count` is 4 or a
+/// multiple of 8, filled up with chords that are empty (begin = end).
+struct ChordLanes {
+  const double *offset, *begin, *end;
+  std::size_t count;
+};
+
+/// Where each chord is inside all of a cover's edges and, unless there is none, inside its ellipse – a quadratic with
+/// f < 0. Both are turned to the chords' frame. Where begin < end is not true, nowhere.
+void clip_to_cover(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords, double* begin,
+                   double* end);
+
+}  // namespace penumbra::shading
