@@ -43,16 +43,6 @@ class Candidates::Search {
     search_structure(world_.structure, shaft, projection_, add_own, add);
   }
 
-  /// Leaves opaque ones.
-  void list_spheres() {
-    if (found_.is_dark_ || found_.is_incomplete_) return;
-    drop_hidden(found_.spheres_);
-    std::erase_if(found_.spheres_, [&](const SeenSphere& sphere) {
-      if (!sphere.is_opaque) add({{sphere.item, 0}, false, false, {}});
-      return !sphere.is_opaque;
-    });
-  }
-
  private:
   template <class AtTriangle, class AtOther>
   bool search_structure(const Structure& structure, const Shaft& shaft, const Projection* projection,
@@ -144,9 +134,9 @@ class Candidates::Search {
   bool add_sphere(const geometry::SphereShape& sphere, std::uint32_t id, bool is_opaque) {
     const InCone place = place_in(*projection_, sphere);
     if (place == InCone::apart) return false;
-    if (id == self_.item) return add({{id, 0}, is_opaque, false, {}});
-    if (place == InCone::covers_it && is_opaque) return found_.is_dark_ = true;
-    see(*projection_, sphere, id, is_opaque, found_.spheres_);
+    if (id == self_.item || !is_opaque) return add({{id, 0}, is_opaque, false, {}});
+    if (place == InCone::covers_it) return found_.is_dark_ = true;
+    found_.spheres_.emplace_back(sphere, projection_->apex, id);
     return false;
   }
 
@@ -211,6 +201,12 @@ class Candidates::Search {
   Candidates& found_;
 };
 
+std::size_t Candidates::drop_hidden_spheres() {
+  const std::size_t count = spheres_.size();
+  drop_hidden(spheres_);
+  return count - spheres_.size();
+}
+
 std::span<const std::uint32_t> Candidates::scene_order() {
   order_.resize(list_.size());
   std::iota(order_.begin(), order_.end(), 0u);
@@ -226,9 +222,7 @@ void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId&
 
 void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
                                     const SurfaceId& self, bool leaves_self, const CellContents* among) {
-  Search search(world, self, leaves_self, &projection, *this);
-  search.collect(shaft, among);
-  search.list_spheres();
+  Search(world, self, leaves_self, &projection, *this).collect(shaft, among);
 }
 
 }  // namespace penumbra::accel

@@ -33,13 +33,14 @@ class Candidates {
 
   /// As `gather`, but of opaque triangles only the silhouette: the edges in sight that do not lie between two triangles
   /// side by side. Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH
-  /// 2005. And of opaque spheres only those that no larger one hides, in `spheres`.
+  /// 2005. Opaque spheres that are neither placed nor `self` are not in the list but in `spheres`.
   void gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection, const SurfaceId& self,
                           bool leaves_self, const CellContents* among = nullptr);
 
   std::span<const Candidate> list() const { return list_; }
-  /// Of a silhouette: opaque, not placed, not `self`, and not in the list.
   std::span<const SeenSphere> spheres() const { return spheres_; }
+  /// Drops spheres that larger ones hide; returns how many.
+  std::size_t drop_hidden_spheres();
   /// In the structure's order; edges beside the shaft may be among them.
   std::span<const SilhouetteEdge> silhouette() const { return silhouette_; }
   /// Places in the list, which is in the structure's order, by the scene's.

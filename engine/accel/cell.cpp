@@ -256,8 +256,8 @@ class CellContents::OutlineSearch {
     const Item& item = world_.items[id];
     if (item.kind == Kind::plane && self_ != nullptr && id == self_->item) return false;
     if (misses(region_, world_, item)) return false;
-    if (item.kind == Kind::sphere && item.placement == not_placed) {
-      found_.outline_->spheres.add(world_.spheres[item.index], id, item.is_opaque);
+    if (item.kind == Kind::sphere && item.placement == not_placed && item.is_opaque) {
+      found_.outline_->spheres.add(world_.spheres[item.index], id);
       return found_.outline_->spheres.size() > sphere_capacity;
     }
     if (found_.other_count_ == other_capacity) return true;

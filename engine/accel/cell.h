@@ -34,7 +34,7 @@ struct Target {
 /// What the opaque triangles between a cell and a target may show of a silhouette, and the spheres there.
 struct Outline {
   EdgeList edges;
-  SphereList spheres;          // that stand there, not placed
+  SphereList spheres;          // opaque, not placed
   bool has_triangles = false;  // there may be some, though they need not show an edge
 };
 

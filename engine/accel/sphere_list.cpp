@@ -33,7 +33,7 @@ HWY_INLINE unsigned lanes(hn::Mask<Doubles> mask) {
   return bytes[0];
 }
 
-/// False if an opaque sphere covers the cone. Line by line what place_in and see do.
+/// False if a sphere covers the cone. Line by line what place_in and SeenSphere do.
 bool append_block(const SphereList::Block& block, const Projection& projection, std::uint32_t self,
                   std::vector<SeenSphere>& seen) {
   const Doubles d;
@@ -62,7 +62,7 @@ bool append_block(const SphereList::Block& block, const Projection& projection, 
       const auto is_wide = hn::Gt(hn::Mul(radius, less), hn::Mul(hn::Set(d, cone.sine()), distance));
       const auto is_before = hn::And(hn::Gt(along, hn::Zero(d)), hn::Lt(squared, hn::Set(d, cone.before())));
       const auto is_around = hn::Gt(hn::Mul(along, less), hn::Add(tc, rs));
-      covering = lanes(hn::And(hn::And(is_wide, is_outside), hn::And(is_before, is_around))) & block.is_opaque >> lane;
+      covering = lanes(hn::And(hn::And(is_wide, is_outside), hn::And(is_before, is_around)));
     }
     if (found == 0) continue;
     const auto size = hn::IfThenElse(hn::Gt(squared, r2), hn::Div(r2, squared), hn::Set(d, HUGE_VAL));
@@ -74,12 +74,7 @@ bool append_block(const SphereList::Block& block, const Projection& projection, 
       const std::uint32_t item = block.item[lane + i];
       if (item == self) continue;
       if ((covering >> i & 1) != 0) return false;
-      seen.push_back({{rows[0][i], rows[1][i], rows[2][i]},
-                      rows[3][i],
-                      rows[4][i],
-                      rows[5][i],
-                      item,
-                      (block.is_opaque >> (lane + i) & 1) != 0});
+      seen.emplace_back(Vec3{rows[0][i], rows[1][i], rows[2][i]}, rows[3][i], rows[4][i], rows[5][i], item);
     }
   }
   return true;
@@ -99,7 +94,7 @@ void drop_spheres(std::vector<SeenSphere>& seen, std::size_t count) {
   std::fill_n(tangent, SphereList::width, HUGE_VAL);  // of lanes that hide nothing
   for (std::size_t i = 0; i < count; ++i) {
     x[i] = seen[i].centre.x, y[i] = seen[i].centre.y, z[i] = seen[i].centre.z, radius[i] = seen[i].radius;
-    if (seen[i].is_opaque) tangent[i] = seen[i].tangent;
+    tangent[i] = seen[i].tangent;
   }
   // The angle between the centres and the smaller's angular radius add up to no more than the larger's: by the cosine
   // of the difference of both radii.
@@ -130,14 +125,13 @@ bool SphereList::append(const Projection& projection, std::uint32_t self, std::v
   return HWY_DYNAMIC_DISPATCH(append_spheres)(blocks_, projection, self, seen);
 }
 
-void SphereList::add(const geometry::SphereShape& sphere, std::uint32_t item, bool is_opaque) {
+void SphereList::add(const geometry::SphereShape& sphere, std::uint32_t item) {
   const std::size_t lane = size_++ % width;
   if (lane == 0) blocks_.push_back({});
   Block& block = blocks_.back();
   for (int axis = 0; axis < 3; ++axis) block.centre[axis][lane] = sphere.center[axis];
   block.radius[lane] = sphere.radius, block.item[lane] = item;
   block.is_there = static_cast<std::uint8_t>(block.is_there | 1u << lane);
-  if (is_opaque) block.is_opaque = static_cast<std::uint8_t>(block.is_opaque | 1u << lane);
 }
 
 bool SphereList::contains(std::uint32_t item) const {
@@ -145,6 +139,13 @@ bool SphereList::contains(std::uint32_t item) const {
     return std::ranges::any_of(std::span(block.item).first(std::popcount(block.is_there)),
                                [&](std::uint32_t there) { return there == item; });
   });
+}
+
+SeenSphere::SeenSphere(const geometry::SphereShape& sphere, const Vec3& apex, std::uint32_t id)
+    : centre(sphere.center - apex), radius(sphere.radius), item(id) {
+  const double squared = math::dot(centre, centre), r2 = radius * radius;
+  tangent = std::sqrt(squared - r2);
+  size = squared > r2 ? r2 / squared : HUGE_VAL;
 }
 
 InCone place_in(const Projection& projection, const geometry::SphereShape& sphere) {
@@ -155,14 +156,6 @@ InCone place_in(const Projection& projection, const geometry::SphereShape& spher
       beyond * beyond > sphere.radius * sphere.radius * math::dot(projection.w, projection.w))
     return InCone::apart;
   return projection.cone.is_covered_by(centre, sphere.radius) ? InCone::covers_it : InCone::crosses;
-}
-
-void see(const Projection& projection, const geometry::SphereShape& sphere, std::uint32_t item, bool is_opaque,
-         std::vector<SeenSphere>& seen) {
-  const Vec3 centre = sphere.center - projection.apex;
-  const double squared = math::dot(centre, centre), r2 = sphere.radius * sphere.radius;
-  seen.push_back(
-      {centre, sphere.radius, std::sqrt(squared - r2), squared > r2 ? r2 / squared : HUGE_VAL, item, is_opaque});
 }
 
 void drop_hidden(std::vector<SeenSphere>& seen) {

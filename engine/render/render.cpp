@@ -24,6 +24,7 @@ std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::ui
                                              std::uint64_t empty_tiles) {
   return {{"area_samples_exact", c.area_samples_exact},
           {"empty_tiles", empty_tiles},
+          {"hidden_spheres", c.hidden_spheres},
           {"lights_facing_away", c.lights_facing_away},
           {"lights_without_effect", c.lights_without_effect},
           {"merged_lights", merged_lights},

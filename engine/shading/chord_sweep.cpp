@@ -144,7 +144,8 @@ ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, do
 void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) {
   count_ = static_cast<std::size_t>(chords.count());
   if (chords_.size() < count_) chords_.resize(count_);
-  const std::size_t padded = count_ <= 4 ? 4 : (count_ + 7) / 8 * 8;
+  open_count_ = 0;
+  const std::size_t padded = (count_ + 3) / 4 * 4;
   if (offset_.size() != padded) {
     for (std::vector<double>* lanes : {&offset_, &open_begin_, &open_end_, &cover_begin_, &cover_end_})
       lanes->assign(padded, 0);
@@ -154,6 +155,7 @@ void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) 
     const auto [offset, half_length, weight] = chords.chord(chords.count() - 1 - static_cast<int>(k), shifted);
     Chord& chord = chords_[k];
     chord.offset = offset, chord.half_length = half_length, chord.weight = weight, chord.depth = 0;
+    open_count_ += half_length > 0 ? 1 : 0;
     offset_[k] = offset, open_begin_[k] = -half_length, open_end_[k] = half_length;
     chord.crossings.clear(), chord.opaque.clear(), chord.clear.clear();
   }
@@ -204,15 +206,19 @@ void ChordSweep::add(const DiscCover& cover, const Frame& frame) {
 
 /// What is hidden at an end of the chord need not be looked at again.
 void ChordSweep::hide(std::size_t chord, const Interval& interval) {
+  double &begin = open_begin_[chord], &end = open_end_[chord];
+  if (!(begin < end)) return;
   if (interval.cover != nullptr && !interval.cover->is_opaque) {
     chords_[chord].clear.push_back(interval);
-  } else if (interval.begin <= open_begin_[chord]) {
-    open_begin_[chord] = std::max(open_begin_[chord], interval.end);
-  } else if (interval.end >= open_end_[chord]) {
-    open_end_[chord] = std::min(open_end_[chord], interval.begin);
-  } else {
-    chords_[chord].opaque.push_back(interval);
+    return;
   }
+  if (interval.begin > begin && interval.end < end) {
+    chords_[chord].opaque.push_back(interval);
+    return;
+  }
+  if (interval.begin <= begin) begin = std::max(begin, interval.end);
+  if (interval.end >= end) end = std::min(end, interval.begin);
+  if (!(begin < end)) --open_count_;
 }
 
 void ChordSweep::hide_behind_triangles() {
@@ -306,7 +312,10 @@ sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers,
   const Frame frame = choose_frame(covers, turn);
   place_chords(chords, shift);
   for (const Edge& edge : edges_) add(edge, frame);
-  for (const DiscCover& cover : covers) add(cover, frame);
+  for (const DiscCover& cover : covers) {
+    if (open_count_ == 0) break;
+    add(cover, frame);
+  }
   if (has_triangles) hide_behind_triangles();
   OpenPlace longest;
   for (std::size_t k = 0; k < count_; ++k) {

@@ -78,7 +78,7 @@ class ChordSweep {
 
   std::vector<Edge> edges_;
   std::vector<Chord> chords_;  // by ascending offset
-  std::size_t count_ = 0;
+  std::size_t count_ = 0, open_count_ = 0;  // chords; those not hidden from end to end
   // By chord, filled up as ChordLanes are: beyond open_begin_ and open_end_ all is hidden.
   std::vector<double> offset_, open_begin_, open_end_, cover_begin_, cover_end_;
   bool is_certain_ = false;

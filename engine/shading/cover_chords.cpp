@@ -30,35 +30,34 @@ HWY_INLINE void clip_to_ellipse(const Quadratic& q, V offset, V& begin, V& end) 
 
 // Products and sums one by one: the same bits on every processor.
 template <class D>
-HWY_INLINE void clip_chords(D d, std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords,
-                            double* begin, double* end) {
+HWY_INLINE void clip_lanes(D d, std::size_t k, std::span<const Linear> edges, const Quadratic* ellipse,
+                           const ChordLanes& chords, double* begin, double* end) {
   using V = hn::Vec<D>;
-  for (std::size_t k = 0; k < chords.count; k += hn::Lanes(d)) {
-    const V offset = hn::LoadU(d, chords.offset + k);
-    V from = hn::LoadU(d, chords.begin + k), to = hn::LoadU(d, chords.end + k);
-    for (const Linear& edge : edges) {
-      const V value = hn::Add(hn::Set(d, edge.a), hn::Mul(hn::Set(d, edge.b), offset));
-      const V place = hn::Div(hn::Neg(value), hn::Set(d, edge.c));
-      if (edge.c > 0) {
-        from = hn::Max(from, place);
-      } else if (edge.c < 0) {
-        to = hn::Min(to, place);
-      } else {
-        to = hn::IfThenElse(hn::Lt(value, hn::Zero(d)), from, to);
-      }
+  const V offset = hn::LoadU(d, chords.offset + k);
+  V from = hn::LoadU(d, chords.begin + k), to = hn::LoadU(d, chords.end + k);
+  for (const Linear& edge : edges) {
+    const V value = hn::Add(hn::Set(d, edge.a), hn::Mul(hn::Set(d, edge.b), offset));
+    const V place = hn::Div(hn::Neg(value), hn::Set(d, edge.c));
+    if (edge.c > 0) {
+      from = hn::Max(from, place);
+    } else if (edge.c < 0) {
+      to = hn::Min(to, place);
+    } else {
+      to = hn::IfThenElse(hn::Lt(value, hn::Zero(d)), from, to);
     }
-    if (ellipse != nullptr) clip_to_ellipse(*ellipse, offset, from, to);
-    hn::StoreU(from, d, begin + k), hn::StoreU(to, d, end + k);
   }
+  if (ellipse != nullptr) clip_to_ellipse(*ellipse, offset, from, to);
+  hn::StoreU(from, d, begin + k), hn::StoreU(to, d, end + k);
 }
 
-void clip_any_chords(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords, double* begin,
-                     double* end) {
-  if (chords.count <= 4) {
-    clip_chords(hn::CappedTag<double, 4>(), edges, ellipse, chords, begin, end);
-  } else {
-    clip_chords(hn::CappedTag<double, 8>(), edges, ellipse, chords, begin, end);
-  }
+void clip_chords(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords, double* begin,
+                 double* end) {
+  const hn::CappedTag<double, 8> wide;
+  std::size_t k = 0;
+  for (; k + hn::Lanes(wide) <= chords.count; k += hn::Lanes(wide))
+    clip_lanes(wide, k, edges, ellipse, chords, begin, end);
+  const hn::CappedTag<double, 4> narrow;
+  for (; k < chords.count; k += hn::Lanes(narrow)) clip_lanes(narrow, k, edges, ellipse, chords, begin, end);
 }
 
 }  // namespace penumbra::shading::HWY_NAMESPACE
@@ -67,11 +66,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace penumbra::shading {
 
-HWY_EXPORT(clip_any_chords);
+HWY_EXPORT(clip_chords);
 
 void clip_to_cover(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords, double* begin,
                    double* end) {
-  HWY_DYNAMIC_DISPATCH(clip_any_chords)(edges, ellipse, chords, begin, end);
+  HWY_DYNAMIC_DISPATCH(clip_chords)(edges, ellipse, chords, begin, end);
 }
 
 }  // namespace penumbra::shading

@@ -6,8 +6,8 @@
 
 namespace penumbra::shading {
 
-/// Parallel chords of a disc, in lanes: what is left of each runs from `begin` to `end` along it. `count` is 4 or a
-/// multiple of 8, filled up with chords that are empty (begin = end).
+/// Parallel chords of a disc, in lanes: what is left of each runs from `begin` to `end` along it. `count` is a
+/// multiple of 4, filled up with chords that are empty (begin = end).
 struct ChordLanes {
   const double *offset, *begin, *end;
   std::size_t count;

@@ -52,19 +52,6 @@ DiscCover cover_of_disc(const Vec3& centre, const Vec3& normal, double radius, c
   return cover;
 }
 
-bool append_cover_of_sphere(const Vec3& centre, double radius, const DiscView& view, std::vector<DiscCover>& covers) {
-  if (!(math::length(centre) > radius * (1 + math::gamma(64)))) return false;
-  if (!ends_before_light(centre, radius, view)) return false;
-  DiscCover& cover = covers.emplace_back();
-  cover.edges[cover.edge_count++] = linear(centre, 0, view, 1);
-  cover.is_round = true;
-  add_squared(
-      -1, view, [&](const Vec3& d) { return cross(centre, d); }, cover.round);
-  add_squared(
-      radius * radius, view, [](const Vec3& d) { return d; }, cover.round);
-  return true;
-}
-
 }  // namespace
 
 double length_in_disc(const DiscCover& cover, std::size_t edge) {
@@ -125,11 +112,31 @@ bool append_cover(const geometry::TriangleVertices& triangle, const DiscView& vi
 }
 
 bool append_cover(const geometry::SphereShape& sphere, const DiscView& view, std::vector<DiscCover>& covers) {
-  return append_cover_of_sphere(sphere.center - view.from, sphere.radius, view, covers);
+  return SphereCovers(view).append(accel::SeenSphere(sphere, view.from, 0), covers);
 }
 
-bool append_cover(const accel::SeenSphere& sphere, const DiscView& view, std::vector<DiscCover>& covers) {
-  return append_cover_of_sphere(sphere.centre, sphere.radius, view, covers);
+SphereCovers::SphereCovers(const DiscView& view) : view_(view), distance_(math::length(view.axis)) {
+  add_squared(
+      1, view, [](const Vec3& d) { return d; }, squared_);
+}
+
+bool SphereCovers::append(const accel::SeenSphere& sphere, std::vector<DiscCover>& covers) const {
+  if (!(sphere.size < 1 - math::gamma(128))) return false;
+  if (!view_.is_infinite) {
+    const double end = dot(sphere.centre, view_.axis) + sphere.radius * distance_;
+    if (!(end < distance_ * distance_ * (1 - math::gamma(32)))) return false;
+  }
+  DiscCover& cover = covers.emplace_back();
+  cover.edges[cover.edge_count++] = linear(sphere.centre, 0, view_, 1);
+  cover.is_round = true;
+  // r²|d|² − |centre × d|²
+  Quadratic& q = cover.round;
+  add_squared(
+      -1, view_, [&](const Vec3& d) { return cross(sphere.centre, d); }, q);
+  const double r2 = sphere.radius * sphere.radius;
+  q.a += r2 * squared_.a, q.b += r2 * squared_.b, q.c += r2 * squared_.c;
+  q.d += r2 * squared_.d, q.e += r2 * squared_.e, q.f += r2 * squared_.f;
+  return true;
 }
 
 bool append_cover(const geometry::PlaneShape& plane, const DiscView& view, std::vector<DiscCover>& covers) {

@@ -58,8 +58,17 @@ double length_in_disc(const DiscCover& cover, std::size_t edge);
 /// not be told this way: the point is in the shape or on it, or the shape reaches beyond the light.
 bool append_cover(const geometry::TriangleVertices& triangle, const DiscView& view, std::vector<DiscCover>& covers);
 bool append_cover(const geometry::SphereShape& sphere, const DiscView& view, std::vector<DiscCover>& covers);
-/// Seen from view.from.
-bool append_cover(const accel::SeenSphere& sphere, const DiscView& view, std::vector<DiscCover>& covers);
+/// The same for many spheres in one view, seen from view.from.
+class SphereCovers {
+ public:
+  explicit SphereCovers(const DiscView& view);
+  bool append(const accel::SeenSphere& sphere, std::vector<DiscCover>& covers) const;
+
+ private:
+  const DiscView& view_;
+  double distance_;    // |axis|
+  Quadratic squared_;  // |d|² of the disc's point d
+};
 /// The far side of a plane; the point does not lie in it.
 bool append_cover(const geometry::PlaneShape& plane, const DiscView& view, std::vector<DiscCover>& covers);
 /// Up to three covers, for an opaque cylinder with caps alone.

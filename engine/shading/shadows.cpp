@@ -184,12 +184,14 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above
                                      accel::ViewCone::around(axis, math::length(u), view.is_infinite)};
   const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above_horizon ? at.facing : Vec3{});
   candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, cell_);
+  if (switches_.hidden_spheres && !candidates_.is_dark()) counters_.hidden_spheres += candidates_.drop_hidden_spheres();
 }
 
 Shadows::Covers Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {
   covers_.clear();
+  const SphereCovers sphere_covers(view);
   for (const accel::SeenSphere& sphere : candidates_.spheres()) {
-    if (!append_cover(sphere, view, covers_)) return Covers::unknown;
+    if (!sphere_covers.append(sphere, covers_)) return Covers::unknown;
     const Extent extent = extent_of(covers_.back());
     if (extent == Extent::all) return Covers::dark;
     if (extent == Extent::none) covers_.pop_back();

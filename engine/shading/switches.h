@@ -7,6 +7,7 @@ namespace penumbra::shading {
 struct Switches {
   bool shadow_candidates = true;     // one query of a light's whole cone instead of a ray per sample
   bool shadow_outlines = true;       // the share of a disc that occluders hide from their outlines, not from samples
+  bool hidden_spheres = true;        // spheres that larger ones hide from a point cover nothing more of a light
   bool exact_area_lights = true;     // a closed form where an area light is in full view
   bool light_cells = true;           // points side by side share what may hide a light
   bool lights_without_share = true;  // no shadow is looked for where a light adds nothing

@@ -6,28 +6,33 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from suite.common import BIN, ROOT, print_table, save
+from suite import scenes
+from suite.common import BIN, print_table, save
 
-EXAMPLES = ROOT / "clients/scenes"
 RUNS = 5
-# The part, what it counts, and scenes that have something to skip.
+# The part, what it counts, and scenes (of the benchmark, or of clients/scenes) that have something to skip.
 SKIPS = [
-    ("shadow-candidates", "shadow_rays_lit", ["room-flat", "cow", "thousand-spheres"]),
-    ("shadow-outlines", "shadow_rays_covered", ["room-flat", "hard-and-soft", "thousand-spheres"]),
-    ("light-cells", "shadow_rays_lit", ["room-flat", "hard-and-soft", "light-triangles-many"]),
+    ("shadow-candidates", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake"]),
+    ("shadow-outlines", "shadow_rays_covered", ["room-flat", "bunny-1", "sphereflake"]),
+    ("light-cells", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake", "light-triangles-many"]),
+    ("hidden-spheres", "hidden_spheres", ["sphereflake", "thousand-spheres"]),
     ("lights-without-share", "lights_without_effect", ["room-flat", "light-triangles-spot"]),
     ("exact-area-lights", "area_samples_exact", ["cow"]),
     ("merge-lights", "merged_lights", ["room-flat"]),
-    ("empty-tiles", "empty_tiles", ["shadow-sphere-triangle", "transmission-two-spheres", "teapot"]),
+    ("empty-tiles", "empty_tiles", ["bunny-1", "tetra", "teapot"]),
 ]
 
 
-def render(scene, image, without=()):
+def render(job, image, without=()):
     stats = image.with_suffix(".json")
-    command = [BIN / "penumbra", "render", EXAMPLES / f"{scene}.json", "-o", image, "--set", "transfer=linear",
+    command = [BIN / "penumbra", "render", job, "-o", image, "--set", "transfer=linear",
                "--stats", stats, *(word for part in without for word in ("--without", part))]
     subprocess.run([*map(str, command)], check=True, stderr=subprocess.DEVNULL)
     return json.loads(stats.read_text())
+
+
+def job_file(scene, folder):
+    return scenes.write(scene, folder) if scene in scenes.SCENES else scenes.ROOT / f"clients/scenes/{scene}.json"
 
 
 def rms_difference(a, b):
@@ -44,7 +49,8 @@ def skips():
         on_image, off_image = Path(folder) / "on.exr", Path(folder) / "off.exr"
         for part, counter, names in SKIPS:
             for scene in names:
-                runs = [(render(scene, on_image), render(scene, off_image, [part])) for _ in range(RUNS)]
+                job = job_file(scene, folder)
+                runs = [(render(job, on_image), render(job, off_image, [part])) for _ in range(RUNS)]
                 on, off = (statistics.median(run[which]["render_s"] for run in runs) for which in (0, 1))
                 stats = runs[0][0]
                 entry = {"without": part, "scene": scene, "on_s": on, "off_s": off, "counter": counter,
