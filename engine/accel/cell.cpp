@@ -246,9 +246,11 @@ class CellContents::OutlineSearch {
     }
     // In scene order, as they are wanted.
     std::sort(found_.others_.begin(), found_.others_.begin() + found_.other_count_);
-    std::ranges::sort(pending_, {}, &PendingEdge::place);
-    for (const PendingEdge& edge : pending_)
-      found_.outline_->edges.add(world_.triangles, edge.triangle, edge.place.edge, edge.place.triangle, edge.across);
+    std::ranges::sort(pending_);
+    found_.outline_->edges.reserve(pending_.size());
+    const OwnedTriangles owned(world_);
+    for (const std::uint64_t edge : pending_)
+      found_.outline_->edges.add(owned, static_cast<std::uint32_t>(edge >> 2), static_cast<std::uint32_t>(edge & 3));
   }
 
  private:
@@ -275,34 +277,29 @@ class CellContents::OutlineSearch {
       found_.triangles_[found_.triangle_count_++] = triangle;
       return false;
     }
-    const geometry::TriangleVertices vertices = world_.triangles[triangle];
     if (!is_self) {
       found_.outline_->has_triangles = true;
-      if (!region_.is_within_limits(vertices) && !region_.miss(vertices)) return true;
+      if (!edges.is_within_limits) {
+        const geometry::TriangleVertices vertices = world_.triangles[triangle];
+        if (!region_.is_within_limits(vertices) && !region_.miss(vertices)) return true;
+      }
     }
     for (std::uint32_t e = 0; e < 3; ++e) {
-      const std::uint32_t across = world_.triangles.neighbours[triangle][e];
       // The first of two neighbours speaks for their edge.
-      if (across < triangle || !edges[e]) continue;
-      const bool has_across = across != TriangleSet::no_neighbour;
+      if (world_.triangles.neighbours[triangle][e] < triangle || !edges[e]) continue;
       if (pending_.size() == edge_capacity) return true;
-      pending_.push_back({{id, e}, triangle, has_across ? owned.surface(across) : id});
+      pending_.push_back(std::uint64_t{triangle} << 2 | e);
     }
     return false;
   }
 
-  struct PendingEdge {
-    SilhouetteEdge::Place place;
-    std::uint32_t triangle;
-    SurfaceId across;
-  };
   static constexpr std::size_t edge_capacity = 1024, sphere_capacity = 2048;
   const World& world_;
   const HalfSpaces& region_;
   const RoundCell& viewpoints_;
   const SurfaceId* self_;
   CellContents& found_;
-  std::vector<PendingEdge> pending_;
+  std::vector<std::uint64_t> pending_;  // 4·triangle + edge
 };
 
 CellContents CellContents::outlined(const World& world, const FlatCell& cell, const Target& target,

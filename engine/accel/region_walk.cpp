@@ -111,10 +111,10 @@ HWY_INLINE unsigned facing_alike(const NormalCones::Cones& cones, std::size_t la
   return bits(d, hn::Gt(hn::Mul(hn::Abs(along), hn::Load(d, cones.cosine + lane)), reach));
 }
 
-/// Lanes that may meet the shaft; of these, those without a silhouette. Of triangles, by edge, the lanes whose edge is
-/// none for certain.
+/// Lanes that may meet the shaft; of these, those without a silhouette, which lie within its limits. Of triangles, those
+/// that lie there, and by edge the lanes whose edge is no silhouette for certain.
 struct ShaftLanes {
-  unsigned met = 0, without_silhouette = 0, plain[3]{};
+  unsigned met = 0, without_silhouette = 0, within_limits = 0, plain[3]{};
 };
 
 HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Cones* cones, const FloatShaft& shaft) {
@@ -223,14 +223,15 @@ HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const Normal
     const auto is_alone = hn::And(hn::IsNaN(hn::Load(d, flanks->vertex[0][0] + lane)),
                                   hn::And(hn::IsNaN(hn::Load(d, flanks->vertex[1][0] + lane)),
                                           hn::IsNaN(hn::Load(d, flanks->vertex[2][0] + lane))));
-    unsigned without_silhouette = met & plain[0] & plain[1] & plain[2] & bits(d, hn::Not(is_alone));
-    for (int i = 0; i < planes.limit_count && without_silhouette != 0; ++i) {
+    unsigned within = met;
+    for (int i = 0; i < planes.limit_count && within != 0; ++i) {
       const HalfSpaces::FloatPlanes::Plane& limit = planes.limit[i];
       const auto most =
           hn::Max(value_at(limit, vertex[0]), hn::Max(value_at(limit, vertex[1]), value_at(limit, vertex[2])));
-      without_silhouette &= bits(d, hn::Lt(most, hn::Neg(error_of(limit, size))));
+      within &= bits(d, hn::Lt(most, hn::Neg(error_of(limit, size))));
     }
-    result.without_silhouette |= without_silhouette << lane;
+    result.within_limits |= within << lane;
+    result.without_silhouette |= (within & plain[0] & plain[1] & plain[2] & bits(d, hn::Not(is_alone))) << lane;
   }
   return result;
 }
@@ -268,8 +269,8 @@ bool walk_region(const WideTree& tree, const HalfSpaces& region, const Silhouett
     has_left_out = has_left_out || lanes.without_silhouette != 0;
     for (unsigned hits = lanes.met & ~lanes.without_silhouette; hits != 0; hits &= hits - 1) {
       const int lane = std::countr_zero(hits);
-      RegionVisitor::EdgeFlags edges;
-      for (std::size_t e = 0; e < 3; ++e) edges[e] = (lanes.plain[e] >> lane & 1) == 0;
+      RegionVisitor::EdgeFlags edges{{}, (lanes.within_limits >> lane & 1) != 0};
+      for (std::size_t e = 0; e < 3; ++e) edges.edge[e] = (lanes.plain[e] >> lane & 1) == 0;
       if (visitor.triangle(block.triangle[lane], edges)) return true;
     }
     return false;

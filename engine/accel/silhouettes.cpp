@@ -9,6 +9,7 @@
 #include <bit>
 
 #include "engine/accel/silhouettes.h"
+#include "engine/accel/wide_walk.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
@@ -115,16 +116,16 @@ void EdgeList::append(const Projection& projection, const SurfaceId& self,
   HWY_DYNAMIC_DISPATCH(append_blocks)(blocks_.data(), blocks_.size(), projection, self, silhouette);
 }
 
-void EdgeList::add(const TriangleSet& triangles, std::uint32_t triangle, std::uint32_t edge, const SurfaceId& own,
-                   const SurfaceId& other) {
+void EdgeList::add(const OwnedTriangles& triangles, std::uint32_t triangle, std::uint32_t edge) {
   const std::size_t lane = size_++ % width;
   if (lane == 0) blocks_.push_back({});
   Block& block = blocks_.back();
-  const std::uint32_t across = triangles.neighbours[triangle][edge];
+  const TriangleSet& set = triangles.set();
+  const std::uint32_t across = set.neighbours[triangle][edge];
   const bool has_other = across != TriangleSet::no_neighbour;
-  const Vec3 &from = triangles.positions[triangles.corners[triangle][edge]],
-             &to = triangles.positions[triangles.corners[triangle][(edge + 1) % 3]];
-  const Facing facing[2]{Facing(triangles[triangle]), Facing(triangles[has_other ? across : triangle])};
+  const Vec3 &from = set.positions[set.corners[triangle][edge]],
+             &to = set.positions[set.corners[triangle][(edge + 1) % 3]];
+  const Facing facing[2]{Facing(set[triangle]), Facing(set[has_other ? across : triangle])};
   for (int axis = 0; axis < 3; ++axis) {
     block.from[axis][lane] = from[axis], block.to[axis][lane] = to[axis];
     for (std::size_t which = 0; which < 2; ++which) {
@@ -132,7 +133,8 @@ void EdgeList::add(const TriangleSet& triangles, std::uint32_t triangle, std::ui
       block.normal[which][axis][lane] = facing[which].normal[axis];
     }
   }
-  block.triangle[0][lane] = own, block.triangle[1][lane] = other;
+  block.triangle[0][lane] = triangles.surface(triangle);
+  block.triangle[1][lane] = has_other ? triangles.surface(across) : block.triangle[0][lane];
   block.edge[lane] = edge;
   block.has_edge = static_cast<std::uint8_t>(block.has_edge | 1u << lane);
   if (has_other) block.has_other = static_cast<std::uint8_t>(block.has_other | 1u << lane);

@@ -11,6 +11,7 @@
 namespace penumbra::accel {
 
 using geometry::SurfaceId;
+class OwnedTriangles;
 
 /// A plane seen from an apex: the point p appears at (x·p', y·p') / (w·p') with p' = p − apex, and is in front of the
 /// apex where w·p' > 0 and, unless the plane is infinitely far, before the plane where w·p' < 1.
@@ -66,9 +67,9 @@ inline bool is_beside_square(const Vec3& a, const Vec3& b) {
 /// Edges that may be silhouettes seen from somewhere, for SIMD.
 class EdgeList {
  public:
-  /// The edge of a triangle, which is `own`, and the triangle across, if there is one.
-  void add(const TriangleSet& triangles, std::uint32_t triangle, std::uint32_t edge, const SurfaceId& own,
-           const SurfaceId& other);
+  void reserve(std::size_t edges) { blocks_.reserve((edges + width - 1) / width); }
+  /// The edge of a triangle, between it and the one across, if there is one.
+  void add(const OwnedTriangles& triangles, std::uint32_t triangle, std::uint32_t edge);
   std::size_t size() const { return size_; }
 
   /// Appends the edges that are silhouettes and not beside the square; triangles that are `self` count for nothing. To

@@ -47,6 +47,8 @@ class OwnedTriangles {
   }
   std::uint32_t item(std::uint32_t triangle) const { return mesh_ != none ? mesh_ : world_.triangle_items[triangle]; }
 
+  const TriangleSet& set() const { return set_; }
+
   static constexpr std::uint32_t none = 0xffffffff;
 
  private:
@@ -72,8 +74,12 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
 class RegionVisitor {
  public:
   virtual ~RegionVisitor() = default;
-  using EdgeFlags = std::array<bool, 3>;
-  /// `edges`: which may be silhouettes in the region.
+  /// Which edges may be silhouettes in the region; and whether the triangle lies within the region's limits for certain.
+  struct EdgeFlags {
+    std::array<bool, 3> edge;
+    bool is_within_limits = false;
+    bool operator[](std::size_t e) const { return edge[e]; }
+  };
   virtual bool triangle(std::uint32_t triangle, const EdgeFlags& edges) = 0;
   virtual bool other(std::uint32_t item) = 0;
   /// Triangles were left out.
