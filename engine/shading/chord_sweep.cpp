@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -36,10 +35,12 @@ RimMeetings meet_rim(const Vec3& a, const Vec3& b) {
   return {std::min(s / q, c / s), std::max(s / q, c / s), true};
 }
 
-Point2 at(const Vec3& a, const Vec3& b, double t) {
-  const Vec3 p = a + (b - a) * t;
-  return {p.x / p.z, p.y / p.z};
+Point2 in_plane(const Vec3& p) {
+  const double inverse = 1 / p.z;
+  return {p.x * inverse, p.y * inverse};
 }
+
+Point2 at(const Vec3& a, const Vec3& b, double t) { return in_plane(a + (b - a) * t); }
 
 Point2 turned_point(const Point2& p, const Point2& along, const Point2& across) {
   return {p.x * along.x + p.y * along.y, p.x * across.x + p.y * across.y};
@@ -93,17 +94,17 @@ void ChordSweep::clip(std::span<const accel::SilhouetteEdge> silhouette) {
     const Vec3 &a = edge.from, &b = edge.to;
     const bool from_inside = is_inside(a), to_inside = is_inside(b);
     if (from_inside && to_inside) {
-      edges_.push_back({at(a, b, 0), {b.x / b.z, b.y / b.z}, false, false, edge.jump, edge.place});
+      edges_.push_back({in_plane(a), in_plane(b), false, false, edge.jump, edge.place});
       continue;
     }
     const RimMeetings rim = meet_rim(a, b);
     if (!rim.exist) continue;
     if (from_inside) {
       const double t = rim.first > 0 ? rim.first : rim.second;
-      edges_.push_back({at(a, b, 0), at(a, b, std::clamp(t, 0.0, 1.0)), false, true, edge.jump, edge.place});
+      edges_.push_back({in_plane(a), at(a, b, std::clamp(t, 0.0, 1.0)), false, true, edge.jump, edge.place});
     } else if (to_inside) {
       const double t = rim.second < 1 ? rim.second : rim.first;
-      edges_.push_back({at(a, b, std::clamp(t, 0.0, 1.0)), {b.x / b.z, b.y / b.z}, true, false, edge.jump, edge.place});
+      edges_.push_back({at(a, b, std::clamp(t, 0.0, 1.0)), in_plane(b), true, false, edge.jump, edge.place});
     } else if (rim.first > 0 && rim.second < 1 && is_inside(a + (b - a) * (0.5 * (rim.first + rim.second)))) {
       edges_.push_back({at(a, b, rim.first), at(a, b, rim.second), true, true, edge.jump, edge.place});
     }
@@ -161,23 +162,30 @@ void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) 
   }
 }
 
+/// How many chords have a lesser offset. Few are counted, without a branch.
+std::size_t ChordSweep::first_chord_from(double offset) const {
+  constexpr std::size_t few = 16;
+  if (count_ <= few) {
+    std::size_t below = 0;
+    for (std::size_t k = 0; k < count_; ++k) below += offset_[k] < offset ? 1 : 0;
+    return below;
+  }
+  const auto begin = offset_.begin();
+  return static_cast<std::size_t>(std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(count_), offset) - begin);
+}
+
 void ChordSweep::add(const Edge& edge, const Frame& frame) {
   Point2 a = turned_point(edge.from, frame.along, frame.across), b = turned_point(edge.to, frame.along, frame.across);
   bool enters = edge.enters, leaves = edge.leaves;
   int jump = edge.jump;
   if (a.y > b.y) std::swap(a, b), std::swap(enters, leaves), jump = -jump;
   // Chords from one on: those not below a.y, and not below b.y.
-  const auto first_from = [&](double offset) {
-    std::size_t k = 0;
-    for (std::size_t step = std::bit_floor(count_); step > 0; step /= 2) {
-      if (k + step <= count_ && chords_[k + step - 1].offset < offset) k += step;
-    }
-    return k;
-  };
-  const std::size_t begin = first_from(a.y), end = first_from(b.y);
-  const double slope = b.y > a.y ? (b.x - a.x) / (b.y - a.y) : 0;
-  for (std::size_t k = begin; k < end; ++k)
-    chords_[k].crossings.push_back({a.x + (chords_[k].offset - a.y) * slope, jump});
+  const std::size_t begin = first_chord_from(a.y), end = first_chord_from(b.y);
+  if (begin < end) {
+    const double slope = (b.x - a.x) / (b.y - a.y);
+    for (std::size_t k = begin; k < end; ++k)
+      chords_[k].crossings.push_back({a.x + (offset_[k] - a.y) * slope, jump});
+  }
   // Where an edge pierces the left half of the rim, chords above begin on its other side.
   if (enters && a.x < 0) {
     for (std::size_t k = begin; k < count_; ++k) chords_[k].depth -= jump;

@@ -69,6 +69,7 @@ class ChordSweep {
   void clip(std::span<const accel::SilhouetteEdge> silhouette);
   Frame choose_frame(std::span<const DiscCover> covers, double turn) const;
   void place_chords(const sampling::DiscChords& chords, double shift);
+  std::size_t first_chord_from(double offset) const;
   void add(const Edge& edge, const Frame& frame);
   void add(const DiscCover& cover, const Frame& frame);
   void hide(std::size_t chord, const Interval& interval);
