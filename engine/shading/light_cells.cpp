@@ -7,7 +7,7 @@
 namespace penumbra::shading {
 namespace {
 
-constexpr double pixels_per_square = 20, pixels_per_cube = 16;
+constexpr double pixels_per_square = 26, pixels_per_cube = 10;
 constexpr double finest = 0x1p-36;    // of the coordinates: what a cell must be wider than
 constexpr std::size_t few_nodes = 8;  // of a tree so small that searching it anew costs no more
 
