@@ -9,17 +9,17 @@ namespace {
 
 constexpr double pixels_per_square = 26, pixels_per_cube = 10;
 constexpr double finest = 0x1p-36;    // of the coordinates: what a cell must be wider than
+constexpr std::uint64_t multiplier = 0x9e3779b97f4a7c15;  // Knuth's multiplicative hashing
 constexpr std::size_t few_nodes = 8;  // of a tree so small that searching it anew costs no more
 
 }  // namespace
 
-std::uint64_t LightCells::Key::hash() const {
+std::uint64_t LightCells::Key::place_hash() const {
   std::uint64_t h = surface.item;
-  for (const auto part :
-       {static_cast<std::uint64_t>(surface.part), static_cast<std::uint64_t>(light), static_cast<std::uint64_t>(row),
-        static_cast<std::uint64_t>(column), static_cast<std::uint64_t>(layer << 1 | is_outlined)})
-    h = (h ^ (h >> 29)) * 0x9e3779b97f4a7c15u + part;  // Knuth's multiplicative hashing
-  return (h ^ (h >> 32)) * 0x9e3779b97f4a7c15u >> 40;
+  for (const auto part : {static_cast<std::uint64_t>(surface.part), static_cast<std::uint64_t>(row),
+                          static_cast<std::uint64_t>(column), static_cast<std::uint64_t>(layer)})
+    h = (h ^ (h >> 29)) * multiplier + part;
+  return h ^ (h >> 32);
 }
 
 LightCells::LightCells(const accel::World& world)
@@ -89,20 +89,23 @@ const accel::CellContents* LightCells::find(const ShadingPoint& at, std::size_t 
   if (!(at.surface.position == position_ && at.facing == facing_ && at.id == surface_)) {
     position_ = at.surface.position, facing_ = at.facing, surface_ = at.id;
     is_located_ = locate(at);
+    if (is_located_) place_hash_ = key_.place_hash();
   }
   if (!is_located_) return nullptr;
   key_.light = static_cast<std::uint32_t>(light), key_.is_outlined = false;
   if (key_.is_flat) {
-    const accel::CellContents& verdict = contents(key_, target);
+    const accel::CellContents& verdict = contents(target);
     if (verdict.verdict() != accel::CellContents::Verdict::unknown) return &verdict;
   }
   if (!has_outline) return nullptr;
   key_.is_outlined = true;
-  return &contents(key_, target);
+  return &contents(target);
 }
 
-const accel::CellContents& LightCells::contents(const Key& key, const accel::Target& target) {
-  std::uint16_t& place = places_[key.hash() % capacity];
+const accel::CellContents& LightCells::contents(const accel::Target& target) {
+  const Key& key = key_;
+  const std::uint64_t hash = (place_hash_ + (std::uint64_t{key.light} << 1 | std::uint64_t{key.is_outlined})) * multiplier;
+  std::uint16_t& place = places_[(hash >> 40) % capacity];
   if (place != none && entries_[place].key == key) return entries_[place].contents;
   if (place == none) {
     place = static_cast<std::uint16_t>(entries_.size());

@@ -31,7 +31,8 @@ class LightCells {
     bool is_flat = false, is_outlined = false, is_facing_normal = false;
     std::int64_t row = 0, column = 0, layer = 0;
     bool operator==(const Key&) const = default;
-    std::uint64_t hash() const;
+    /// Of where the cell is, whatever the light.
+    std::uint64_t place_hash() const;
   };
   struct Entry {
     Key key;
@@ -46,7 +47,7 @@ class LightCells {
   static std::int64_t row_of(double coordinate, int level) {
     return static_cast<std::int64_t>(std::floor(std::scalbn(coordinate, -level)));
   }
-  const accel::CellContents& contents(const Key& key, const accel::Target& target);
+  const accel::CellContents& contents(const accel::Target& target);  // of key_
   accel::FlatCell flat_cell(const Key& key) const;
   static accel::RoundCell round_cell(const Key& key);
 
@@ -60,6 +61,7 @@ class LightCells {
   Vec3 position_{HUGE_VAL, HUGE_VAL, HUGE_VAL}, facing_;
   geometry::SurfaceId surface_;
   Key key_;
+  std::uint64_t place_hash_ = 0;
   int up_ = 0;   // the axis nearest to the normal
   Vec3 origin_;  // a point of the plane
   bool is_located_ = false;
