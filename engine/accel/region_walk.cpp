@@ -111,8 +111,8 @@ HWY_INLINE unsigned facing_alike(const NormalCones::Cones& cones, std::size_t la
   return bits(d, hn::Gt(hn::Mul(hn::Abs(along), hn::Load(d, cones.cosine + lane)), reach));
 }
 
-/// Lanes that may meet the shaft; of these, those without a silhouette, which lie within its limits. Of triangles, those
-/// that lie there, and by edge the lanes whose edge is no silhouette for certain.
+/// Lanes that may meet the shaft; of these, those without a silhouette, which lie within its limits. Of triangles,
+/// those that lie there, and by edge the lanes whose edge is no silhouette for certain.
 struct ShaftLanes {
   unsigned met = 0, without_silhouette = 0, within_limits = 0, plain[3]{};
 };

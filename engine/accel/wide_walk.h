@@ -74,7 +74,8 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
 class RegionVisitor {
  public:
   virtual ~RegionVisitor() = default;
-  /// Which edges may be silhouettes in the region; and whether the triangle lies within the region's limits for certain.
+  /// Which edges may be silhouettes in the region; and whether the triangle lies within the region's limits for
+  /// certain.
   struct EdgeFlags {
     std::array<bool, 3> edge;
     bool is_within_limits = false;

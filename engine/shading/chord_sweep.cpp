@@ -183,8 +183,7 @@ void ChordSweep::add(const Edge& edge, const Frame& frame) {
   const std::size_t begin = first_chord_from(a.y), end = first_chord_from(b.y);
   if (begin < end) {
     const double slope = (b.x - a.x) / (b.y - a.y);
-    for (std::size_t k = begin; k < end; ++k)
-      chords_[k].crossings.push_back({a.x + (offset_[k] - a.y) * slope, jump});
+    for (std::size_t k = begin; k < end; ++k) chords_[k].crossings.push_back({a.x + (offset_[k] - a.y) * slope, jump});
   }
   // Where an edge pierces the left half of the rim, chords above begin on its other side.
   if (enters && a.x < 0) {

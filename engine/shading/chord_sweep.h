@@ -78,7 +78,7 @@ class ChordSweep {
   void light(std::size_t index, const Frame& frame, OpenPlace& longest);
 
   std::vector<Edge> edges_;
-  std::vector<Chord> chords_;  // by ascending offset
+  std::vector<Chord> chords_;               // by ascending offset
   std::size_t count_ = 0, open_count_ = 0;  // chords; those not hidden from end to end
   // By chord, filled up as ChordLanes are: beyond open_begin_ and open_end_ all is hidden.
   std::vector<double> offset_, open_begin_, open_end_, cover_begin_, cover_end_;

@@ -8,9 +8,9 @@ namespace penumbra::shading {
 namespace {
 
 constexpr double pixels_per_square = 26, pixels_per_cube = 10;
-constexpr double finest = 0x1p-36;    // of the coordinates: what a cell must be wider than
+constexpr double finest = 0x1p-36;                        // of the coordinates: what a cell must be wider than
 constexpr std::uint64_t multiplier = 0x9e3779b97f4a7c15;  // Knuth's multiplicative hashing
-constexpr std::size_t few_nodes = 8;  // of a tree so small that searching it anew costs no more
+constexpr std::size_t few_nodes = 8;                      // of a tree so small that searching it anew costs no more
 
 }  // namespace
 
@@ -104,7 +104,8 @@ const accel::CellContents* LightCells::find(const ShadingPoint& at, std::size_t 
 
 const accel::CellContents& LightCells::contents(const accel::Target& target) {
   const Key& key = key_;
-  const std::uint64_t hash = (place_hash_ + (std::uint64_t{key.light} << 1 | std::uint64_t{key.is_outlined})) * multiplier;
+  const std::uint64_t hash =
+      (place_hash_ + (std::uint64_t{key.light} << 1 | std::uint64_t{key.is_outlined})) * multiplier;
   std::uint16_t& place = places_[(hash >> 40) % capacity];
   if (place != none && entries_[place].key == key) return entries_[place].contents;
   if (place == none) {

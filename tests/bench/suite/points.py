@@ -18,6 +18,8 @@ def points(names=None, grid=64):
         lines.append(json.loads(done.stdout))
         save("points", lines)
     show(lines)
+    if any(line["wrong"] for line in lines):
+        sys.exit("Points are called lit or dark that are not")
 
 
 def show(lines=None):
