@@ -23,7 +23,7 @@ HWY_INLINE void clip_to_ellipse(const Quadratic& q, V offset, V& begin, V& end) 
   const V discriminant = hn::Sub(hn::Mul(b, b), hn::Mul(a, c));
   const auto has_roots = hn::Gt(discriminant, hn::Zero(d));
   const V sum = hn::Neg(hn::Add(b, hn::CopySign(hn::Sqrt(hn::Max(discriminant, hn::Zero(d))), b)));
-  const V one = hn::Div(sum, a), other = hn::IfThenElse(hn::Eq(sum, hn::Zero(d)), hn::Neg(one), hn::Div(c, sum));
+  const V one = hn::Mul(sum, set(1 / q.f)), other = hn::IfThenElse(hn::Eq(sum, hn::Zero(d)), hn::Neg(one), hn::Div(c, sum));
   end = hn::IfThenElse(has_roots, hn::Min(end, hn::Max(one, other)), begin);
   begin = hn::IfThenElse(has_roots, hn::Max(begin, hn::Min(one, other)), begin);
 }

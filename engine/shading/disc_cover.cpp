@@ -127,7 +127,9 @@ bool SphereCovers::append(const accel::SeenSphere& sphere, std::vector<DiscCover
     if (!(end < distance_ * distance_ * (1 - math::gamma(32)))) return false;
   }
   DiscCover& cover = covers.emplace_back();
-  cover.edges[cover.edge_count++] = linear(sphere.centre, 0, view_, 1);
+  // Nothing is cut off where all of the disc is in front, on the sphere's side.
+  const Linear front = linear(sphere.centre, 0, view_, 1);
+  if (!(front.a > std::fabs(front.b) + std::fabs(front.c))) cover.edges[cover.edge_count++] = front;
   cover.is_round = true;
   // r²|d|² − |centre × d|²
   Quadratic& q = cover.round;

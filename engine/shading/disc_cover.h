@@ -36,7 +36,7 @@ struct Quadratic {
 };
 
 /// A convex part of a disc that an occluder hides: where every one of `edges` is ≥ 0 and, if `is_round`, `round` too –
-/// a cone around a sphere or disc, of which edges[0] selects the half in front.
+/// a cone around a sphere or disc, of which edges[0], if there is one, selects the half in front.
 struct DiscCover {
   std::array<Linear, 4> edges{};
   std::size_t edge_count = 0;
