@@ -161,7 +161,17 @@ InCone place_in(const Projection& projection, const geometry::SphereShape& spher
 void drop_hidden(std::vector<SeenSphere>& seen) {
   constexpr std::size_t count = 6;  // of the largest: more hide little more
   if (seen.size() <= count) return;
-  std::ranges::partial_sort(seen, seen.begin() + count, std::ranges::greater{}, &SeenSphere::size);
+  // The largest to the front: few ever take another's place.
+  std::size_t least = 0;
+  const auto find_least = [&] {
+    for (std::size_t i = 0; i < count; ++i) least = seen[i].size < seen[least].size ? i : least;
+  };
+  find_least();
+  for (std::size_t i = count; i < seen.size(); ++i) {
+    if (!(seen[i].size > seen[least].size)) continue;
+    std::swap(seen[i], seen[least]);
+    find_least();
+  }
   HWY_DYNAMIC_DISPATCH(drop_spheres)(seen, count);
 }
 

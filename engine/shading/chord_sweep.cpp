@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -151,6 +152,7 @@ void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) 
   if (offset_.size() != padded) {
     for (std::vector<double>* lanes : {&offset_, &open_begin_, &open_end_, &cover_begin_, &cover_end_})
       lanes->assign(padded, 0);
+    cover_hits_.assign((padded + 7) / 8, 0);
   }
   const sampling::DiscChords::Shift shifted = chords.shifted(shift);
   for (std::size_t k = 0; k < count_; ++k) {
@@ -200,15 +202,19 @@ void ChordSweep::add(const DiscCover& cover, const Frame& frame) {
   for (std::size_t i = 0; i < cover.edge_count; ++i) edges[i] = frame.turned(cover.edges[i]);
   const Quadratic q = cover.is_round ? frame.turned(cover.round) : Quadratic{};
   clip_to_cover(std::span(edges).first(cover.edge_count), q.f < 0 ? &q : nullptr,
-                {offset_.data(), open_begin_.data(), open_end_.data(), offset_.size()}, cover_begin_.data(),
-                cover_end_.data());
-  for (std::size_t k = 0; k < count_; ++k) {
-    double begin = cover_begin_[k], end = cover_end_[k];
-    if (cover.is_round && !(q.f < 0) && begin < end) {
-      const double s = offset_[k];
-      clip_to_hyperbola(q.f, q.c + q.e * s, q.a + (2 * q.b + q.d * s) * s, begin, end);
+                {offset_.data(), open_begin_.data(), open_end_.data(), offset_.size()},
+                {cover_begin_.data(), cover_end_.data(), cover_hits_.data()});
+  for (std::size_t byte = 0; byte < cover_hits_.size(); ++byte) {
+    for (unsigned hits = cover_hits_[byte]; hits != 0; hits &= hits - 1) {
+      const std::size_t k = 8 * byte + static_cast<std::size_t>(std::countr_zero(hits));
+      double begin = cover_begin_[k], end = cover_end_[k];
+      if (cover.is_round && !(q.f < 0)) {
+        const double s = offset_[k];
+        clip_to_hyperbola(q.f, q.c + q.e * s, q.a + (2 * q.b + q.d * s) * s, begin, end);
+        if (!(begin < end)) continue;
+      }
+      hide(k, {begin, end, &cover});
     }
-    if (begin < end) hide(k, {begin, end, &cover});
   }
 }
 

@@ -82,6 +82,7 @@ class ChordSweep {
   std::size_t count_ = 0, open_count_ = 0;  // chords; those not hidden from end to end
   // By chord, filled up as ChordLanes are: beyond open_begin_ and open_end_ all is hidden.
   std::vector<double> offset_, open_begin_, open_end_, cover_begin_, cover_end_;
+  std::vector<std::uint8_t> cover_hits_;
   bool is_certain_ = false;
 };
 

@@ -31,7 +31,7 @@ HWY_INLINE void clip_to_ellipse(const Quadratic& q, V offset, V& begin, V& end) 
 // Products and sums one by one: the same bits on every processor.
 template <class D>
 HWY_INLINE void clip_lanes(D d, std::size_t k, std::span<const Linear> edges, const Quadratic* ellipse,
-                           const ChordLanes& chords, double* begin, double* end) {
+                           const ChordLanes& chords, const HiddenLanes& hidden) {
   using V = hn::Vec<D>;
   const V offset = hn::LoadU(d, chords.offset + k);
   V from = hn::LoadU(d, chords.begin + k), to = hn::LoadU(d, chords.end + k);
@@ -47,17 +47,20 @@ HWY_INLINE void clip_lanes(D d, std::size_t k, std::span<const Linear> edges, co
     }
   }
   if (ellipse != nullptr) clip_to_ellipse(*ellipse, offset, from, to);
-  hn::StoreU(from, d, begin + k), hn::StoreU(to, d, end + k);
+  hn::StoreU(from, d, hidden.begin + k), hn::StoreU(to, d, hidden.end + k);
+  std::uint8_t bytes[8]{};
+  hn::StoreMaskBits(d, hn::Lt(from, to), bytes);
+  hidden.hits[k / 8] = static_cast<std::uint8_t>((k % 8 == 0 ? 0u : hidden.hits[k / 8]) | unsigned{bytes[0]} << (k % 8));
 }
 
-void clip_chords(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords, double* begin,
-                 double* end) {
+void clip_chords(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords,
+                 const HiddenLanes& hidden) {
   const hn::CappedTag<double, 8> wide;
   std::size_t k = 0;
   for (; k + hn::Lanes(wide) <= chords.count; k += hn::Lanes(wide))
-    clip_lanes(wide, k, edges, ellipse, chords, begin, end);
+    clip_lanes(wide, k, edges, ellipse, chords, hidden);
   const hn::CappedTag<double, 4> narrow;
-  for (; k < chords.count; k += hn::Lanes(narrow)) clip_lanes(narrow, k, edges, ellipse, chords, begin, end);
+  for (; k < chords.count; k += hn::Lanes(narrow)) clip_lanes(narrow, k, edges, ellipse, chords, hidden);
 }
 
 }  // namespace penumbra::shading::HWY_NAMESPACE
@@ -68,9 +71,9 @@ namespace penumbra::shading {
 
 HWY_EXPORT(clip_chords);
 
-void clip_to_cover(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords, double* begin,
-                   double* end) {
-  HWY_DYNAMIC_DISPATCH(clip_chords)(edges, ellipse, chords, begin, end);
+void clip_to_cover(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords,
+                   const HiddenLanes& hidden) {
+  HWY_DYNAMIC_DISPATCH(clip_chords)(edges, ellipse, chords, hidden);
 }
 
 }  // namespace penumbra::shading

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "engine/shading/disc_cover.h"
@@ -13,9 +14,15 @@ struct ChordLanes {
   std::size_t count;
 };
 
+/// What a cover hides of chords.
+struct HiddenLanes {
+  double *begin, *end;
+  std::uint8_t* hits;  // a bit a chord, eight a byte: whether begin < end, or nothing is hidden
+};
+
 /// Where each chord is inside all of a cover's edges and, unless there is none, inside its ellipse – a quadratic with
-/// f < 0. Both are turned to the chords' frame. Where begin < end is not true, nowhere.
-void clip_to_cover(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords, double* begin,
-                   double* end);
+/// f < 0. Both are turned to the chords' frame.
+void clip_to_cover(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords,
+                   const HiddenLanes& hidden);
 
 }  // namespace penumbra::shading
