@@ -17,6 +17,7 @@ TEST_CASE("chords are clipped to where all edges and the ellipse are not negativ
   for (int i = 0; i < 2000; ++i) {
     const auto count = static_cast<std::size_t>(4 * (1 + i % 5)), used = count - static_cast<std::size_t>(i % 4);
     std::vector<double> offset(count), begin(count), end(count), from(count), to(count);
+    std::vector<std::uint8_t> hits((count + 7) / 8);
     for (std::size_t k = 0; k < used; ++k) {
       offset[k] = random.between(-1, 1);
       end[k] = std::sqrt(1 - offset[k] * offset[k]), begin[k] = -end[k];
@@ -46,8 +47,9 @@ TEST_CASE("chords are clipped to where all edges and the ellipse are not negativ
       return value;
     };
     clip_to_cover(std::span(edges).first(edge_count), is_round ? &ellipse : nullptr,
-                  {offset.data(), begin.data(), end.data(), count}, from.data(), to.data());
+                  {offset.data(), begin.data(), end.data(), count}, {from.data(), to.data(), hits.data()});
     for (std::size_t k = 0; k < count; ++k) {
+      CHECK((hits[k / 8] >> (k % 8) & 1) == (from[k] < to[k] ? 1 : 0));
       if (k >= used) CHECK_FALSE(from[k] < to[k]);
       for (int step = 0; step < 32; ++step) {
         const double t = begin[k] + (end[k] - begin[k]) * random.between(0, 1);
