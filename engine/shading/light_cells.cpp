@@ -12,6 +12,13 @@ constexpr double finest = 0x1p-36;                        // of the coordinates:
 constexpr std::uint64_t multiplier = 0x9e3779b97f4a7c15;  // Knuth's multiplicative hashing
 constexpr std::size_t few_nodes = 8;                      // of a tree so small that searching it anew costs no more
 
+constexpr std::size_t most_held = 1 << 18;  // edges and spheres: some 45 MB
+
+std::size_t size_of(const accel::CellContents& contents) {
+  const accel::Outline* outline = contents.outline();
+  return outline == nullptr ? 0 : outline->edges.size() + outline->spheres.size();
+}
+
 }  // namespace
 
 std::uint64_t LightCells::Key::place_hash() const {
@@ -108,11 +115,17 @@ const accel::CellContents& LightCells::contents(const accel::Target& target) {
       (place_hash_ + (std::uint64_t{key.light} << 1 | std::uint64_t{key.is_outlined})) * multiplier;
   std::uint16_t& place = places_[(hash >> 40) % capacity];
   if (place != none && entries_[place].key == key) return entries_[place].contents;
+  if (held_ > most_held) {
+    entries_.clear();
+    places_.fill(none);
+    held_ = 0;
+  }
   if (place == none) {
     place = static_cast<std::uint16_t>(entries_.size());
     entries_.emplace_back();
   }
   Entry& entry = entries_[place];
+  held_ -= size_of(entry.contents);
   entry.key = key;
   if (!key.is_outlined) {
     entry.contents = accel::CellContents(world_, flat_cell(key), target, key.surface);
@@ -121,6 +134,7 @@ const accel::CellContents& LightCells::contents(const accel::Target& target) {
   } else {
     entry.contents = accel::CellContents::outlined(world_, round_cell(key), target);
   }
+  held_ += size_of(entry.contents);
   return entry.contents;
 }
 
