@@ -23,7 +23,8 @@ HWY_INLINE void clip_to_ellipse(const Quadratic& q, V offset, V& begin, V& end) 
   const V discriminant = hn::Sub(hn::Mul(b, b), hn::Mul(a, c));
   const auto has_roots = hn::Gt(discriminant, hn::Zero(d));
   const V sum = hn::Neg(hn::Add(b, hn::CopySign(hn::Sqrt(hn::Max(discriminant, hn::Zero(d))), b)));
-  const V one = hn::Mul(sum, set(1 / q.f)), other = hn::IfThenElse(hn::Eq(sum, hn::Zero(d)), hn::Neg(one), hn::Div(c, sum));
+  const V one = hn::Mul(sum, set(1 / q.f)),
+          other = hn::IfThenElse(hn::Eq(sum, hn::Zero(d)), hn::Neg(one), hn::Div(c, sum));
   end = hn::IfThenElse(has_roots, hn::Min(end, hn::Max(one, other)), begin);
   begin = hn::IfThenElse(has_roots, hn::Max(begin, hn::Min(one, other)), begin);
 }
@@ -50,15 +51,15 @@ HWY_INLINE void clip_lanes(D d, std::size_t k, std::span<const Linear> edges, co
   hn::StoreU(from, d, hidden.begin + k), hn::StoreU(to, d, hidden.end + k);
   std::uint8_t bytes[8]{};
   hn::StoreMaskBits(d, hn::Lt(from, to), bytes);
-  hidden.hits[k / 8] = static_cast<std::uint8_t>((k % 8 == 0 ? 0u : hidden.hits[k / 8]) | unsigned{bytes[0]} << (k % 8));
+  hidden.hits[k / 8] =
+      static_cast<std::uint8_t>((k % 8 == 0 ? 0u : hidden.hits[k / 8]) | unsigned{bytes[0]} << (k % 8));
 }
 
 void clip_chords(std::span<const Linear> edges, const Quadratic* ellipse, const ChordLanes& chords,
                  const HiddenLanes& hidden) {
   const hn::CappedTag<double, 8> wide;
   std::size_t k = 0;
-  for (; k + hn::Lanes(wide) <= chords.count; k += hn::Lanes(wide))
-    clip_lanes(wide, k, edges, ellipse, chords, hidden);
+  for (; k + hn::Lanes(wide) <= chords.count; k += hn::Lanes(wide)) clip_lanes(wide, k, edges, ellipse, chords, hidden);
   const hn::CappedTag<double, 4> narrow;
   for (; k < chords.count; k += hn::Lanes(narrow)) clip_lanes(narrow, k, edges, ellipse, chords, hidden);
 }
