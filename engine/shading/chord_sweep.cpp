@@ -48,8 +48,7 @@ Point2 turned_point(const Point2& p, const Point2& along, const Point2& across) 
 }
 
 /// Narrows [begin, end] to where a·t² + 2b·t + c ≥ 0 with a ≥ 0, which is convex there: one branch of a hyperbola is
-/// inside a cone, the other inside its mirror image, which edges[0] ≥ 0 has cut off, if it
-/// comes near the disc.
+/// inside a cone, the other inside its mirror image, which edges[0] ≥ 0 has cut off if it comes near the disc.
 void clip_to_hyperbola(double a, double b, double c, double& begin, double& end) {
   const auto is_inside = [&](double t) { return (a * t + 2 * b) * t + c >= 0; };
   const double discriminant = b * b - a * c;
