@@ -34,6 +34,7 @@ class Candidates::Search {
         found_.is_dark_ = true;
         return;
       }
+      if (has_too_many_spheres()) return;
       if (!leaves_self_ && outline->spheres.contains(self_.item) && add(self_.item)) return;
       found_.has_opaque_triangles_ = found_.has_opaque_triangles_ || outline->has_triangles;
       outline->edges.append(*projection_, self_, found_.silhouette_);
@@ -131,13 +132,17 @@ class Candidates::Search {
            all([](const Vec3& p) { return p.z < 0; }) || (!is_infinite && all([](const Vec3& p) { return p.z > 1; }));
   }
 
+  bool has_too_many_spheres() {
+    return found_.is_incomplete_ = found_.is_incomplete_ || found_.spheres_.size() > outline_capacity;
+  }
+
   bool add_sphere(const geometry::SphereShape& sphere, std::uint32_t id, bool is_opaque) {
     const InCone place = place_in(*projection_, sphere);
     if (place == InCone::apart) return false;
     if (id == self_.item || !is_opaque) return add({{id, 0}, is_opaque, false, {}});
     if (place == InCone::covers_it) return found_.is_dark_ = true;
     found_.spheres_.emplace_back(sphere, projection_->apex, id);
-    return false;
+    return has_too_many_spheres();
   }
 
   bool add_item(const Shaft& shaft, std::uint32_t id) {

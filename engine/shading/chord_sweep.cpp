@@ -157,7 +157,7 @@ void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) 
   for (std::size_t k = 0; k < count_; ++k) {
     const auto [offset, half_length, weight] = chords.chord(chords.count() - 1 - static_cast<int>(k), shifted);
     Chord& chord = chords_[k];
-    chord.offset = offset, chord.half_length = half_length, chord.weight = weight, chord.depth = 0;
+    chord.half_length = half_length, chord.weight = weight, chord.depth = 0;
     open_count_ += half_length > 0 ? 1 : 0;
     offset_[k] = offset, open_begin_[k] = -half_length, open_end_[k] = half_length;
     chord.crossings.clear(), chord.opaque.clear(), chord.clear.clear();
@@ -272,8 +272,8 @@ void ChordSweep::light(std::size_t index, const Frame& frame, OpenPlace& longest
   const auto add_open = [&](double begin, double end) {
     if (end - begin > longest.length) {
       const double middle = 0.5 * (begin + end);
-      longest = {chord.offset * frame.across.x + middle * frame.along.x,
-                 chord.offset * frame.across.y + middle * frame.along.y, end - begin};
+      longest = {offset_[index] * frame.across.x + middle * frame.along.x,
+                 offset_[index] * frame.across.y + middle * frame.along.y, end - begin};
     }
     if (chord.clear.empty()) {
       sum += math::grey(end - begin);

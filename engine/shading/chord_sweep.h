@@ -43,7 +43,7 @@ class ChordSweep {
     const DiscCover* cover;  // none: triangles
   };
   struct Chord {
-    double offset, half_length, weight;
+    double half_length, weight;
     int depth;  // triangles in line where the chord begins, but for a constant
     std::vector<Crossing> crossings;
     std::vector<Interval> opaque, clear;

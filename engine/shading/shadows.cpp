@@ -184,7 +184,8 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above
                                      accel::ViewCone::around(axis, math::length(u), view.is_infinite)};
   const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above_horizon ? at.facing : Vec3{});
   candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, cell_);
-  if (switches_.hidden_spheres && !candidates_.is_dark()) counters_.hidden_spheres += candidates_.drop_hidden_spheres();
+  if (switches_.hidden_spheres && !candidates_.is_dark() && !candidates_.is_incomplete())
+    counters_.hidden_spheres += candidates_.drop_hidden_spheres();
 }
 
 Shadows::Covers Shadows::find_covers(const ShadingPoint& at, const DiscView& view, bool has_horizon) {
