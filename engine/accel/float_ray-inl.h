@@ -8,7 +8,7 @@
 
 #include <hwy/highway.h>
 
-#include <bit>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -23,10 +23,10 @@ constexpr float roundoff = 0x1p-24F;
 
 /// A ray in single precision, relative to a tree's origin.
 struct FloatRay {
-  // For boxes, by axis: where in Node::bounds the planes met first and last are; the origin and reciprocal to use with
-  // each. Roundings go the way that makes a box larger.
-  std::size_t near_row[3], far_row[3];
-  HWY_ALIGN float near_origin[4], far_origin[4], near_inverse[4], far_inverse[4];
+  // For boxes, by axis: where in Node::bounds the planes met first and last are, and what a plane is multiplied by and
+  // has added to become a t. Roundings go the way that makes a box larger.
+  const std::size_t *near_row, *far_row;
+  HWY_ALIGN float near_inverse[4], near_offset[4], far_inverse[4], far_offset[4];
   // For triangles: the shear of geometry::PreparedRay, and the largest error of a sheared coordinate.
   int axis[3];
   HWY_ALIGN float origin[4];
@@ -45,29 +45,7 @@ struct FloatRay {
     // Vertex and origin are off by a rounding each, their difference by one more, the shear by three: at most 8 in all,
     // of coordinates below reach + distance (|shear| ≤ 1).
     error = static_cast<float>(8.5 * 0x1p-24 * (tree.reach() + distance));
-    // Of a start away from the ray's origin, by the double operations that moved it.
-    const float moved = t_start > 0 ? error * 0x1p-16F : 0;
-    constexpr float slack = 10 * roundoff;  // of the slab test's operations, and of the shapes' own tests
-    HWY_ALIGN const float inverse[4]{static_cast<float>(ray.inverse.x), static_cast<float>(ray.inverse.y),
-                                     static_cast<float>(ray.inverse.z), 0};
-    origin[0] = static_cast<float>(from.x), origin[1] = static_cast<float>(from.y);
-    origin[2] = static_cast<float>(from.z), origin[3] = 0;
-    const hn::CappedTag<float, 4> d;
-    for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
-      const auto o = hn::Load(d, origin + i), reciprocal = hn::Load(d, inverse + i);
-      const auto rounding =
-          hn::MulAdd(hn::Abs(o), hn::Set(d, 2.5F * roundoff), hn::Set(d, std::numeric_limits<float>::min() + moved));
-      const auto outward = hn::CopySign(rounding, reciprocal);
-      hn::Store(hn::Add(o, outward), d, near_origin + i);
-      hn::Store(hn::Sub(o, outward), d, far_origin + i);
-      hn::Store(hn::Mul(reciprocal, hn::Set(d, 1 - slack)), d, near_inverse + i);
-      hn::Store(hn::Mul(reciprocal, hn::Set(d, 1 + slack)), d, far_inverse + i);
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t backwards = (std::bit_cast<std::uint32_t>(inverse[i]) >> 31) * 3 * WideTree::width;
-      near_row[i] = i * WideTree::width + backwards;
-      far_row[i] = (i + 3) * WideTree::width - backwards;
-    }
+    prepare_for_boxes(ray, from, tree.reach() + distance);
     axis[0] = ray.axis_x, axis[1] = ray.axis_y, axis[2] = ray.axis_z;
     shear_x = static_cast<float>(ray.shear_x), shear_y = static_cast<float>(ray.shear_y);
     shear_z = static_cast<float>(ray.shear_z);
@@ -83,6 +61,54 @@ struct FloatRay {
   float limit(double t) const { return rounded_up(t - t_start); }
 
  private:
+  /// All coordinates are below `size`.
+  void prepare_for_boxes(const geometry::PreparedRay& ray, const Vec3& from, double size) {
+    // By octant of the direction.
+    constexpr std::size_t w = WideTree::width;
+    static constexpr std::size_t lower[8][3]{{0, w, 2 * w},         {3 * w, w, 2 * w},    {0, 4 * w, 2 * w},
+                                             {3 * w, 4 * w, 2 * w}, {0, w, 5 * w},        {3 * w, w, 5 * w},
+                                             {0, 4 * w, 5 * w},     {3 * w, 4 * w, 5 * w}};
+    // A ray that hardly moves along an axis is taken for one that moves 2^-40 times as fast as along its main axis:
+    // until it has left the tree that is off by less than `least`, and in a slab that wide it stays as long as that.
+    const double fastest = 0x1p40 * std::fabs(ray.shear_z);
+    // A start that was moved is off by the double operations that did it.
+    const double least = 0x1p-37 * size + (t_start > 0 ? 0x1p-16 * static_cast<double>(error) : 0);
+    const bool is_in_range = fastest < 0x1p120 && fastest * size < 0x1p120;
+    constexpr float slack = 12 * roundoff;  // of the slab test's last operations, and of the shapes' own tests
+    const hn::CappedTag<float, 4> d;
+    unsigned octant = 0;
+    const auto prepare = [&](auto at, auto unclamped, std::size_t first) HWY_ATTR {
+      const auto most = hn::Set(d, is_in_range ? static_cast<float>(fastest) : 0);
+      const auto inverse = hn::Min(hn::Max(unclamped, hn::Neg(most)), most);
+      // Off by a rounding each are the origin, its sum with this, and an offset; a product by two if the plane is no
+      // further away than twice the origin, and by less than the slack if it is.
+      const auto widening = hn::CopySign(
+          hn::MulAdd(hn::Abs(at), hn::Set(d, 7 * roundoff), hn::Set(d, static_cast<float>(least))), inverse);
+      const auto near = hn::Mul(inverse, hn::Set(d, 1 - slack)), far = hn::Mul(inverse, hn::Set(d, 1 + slack));
+      hn::Store(at, d, origin + first);
+      hn::Store(near, d, near_inverse + first);
+      hn::Store(far, d, far_inverse + first);
+      hn::Store(hn::Neg(hn::Mul(hn::Add(at, widening), near)), d, near_offset + first);
+      hn::Store(hn::Neg(hn::Mul(hn::Sub(at, widening), far)), d, far_offset + first);
+      std::uint8_t is_backwards[8]{};
+      hn::StoreMaskBits(d, hn::Lt(inverse, hn::Zero(d)), is_backwards);
+      octant |= static_cast<unsigned>(is_backwards[0]) << first & 7u;
+    };
+    const auto number = [&](double x) HWY_ATTR { return hn::Set(d, static_cast<float>(x)); };
+#if HWY_TARGET == HWY_SCALAR
+    for (int i = 0; i < 3; ++i) prepare(number(from[i]), number(ray.inverse[i]), static_cast<std::size_t>(i));
+#else
+    const auto vector = [&](const Vec3& v) HWY_ATTR {
+      return hn::ConcatLowerLower(d, hn::InterleaveLower(d, number(v.z), hn::Zero(d)),
+                                  hn::InterleaveLower(d, number(v.x), number(v.y)));
+    };
+    prepare(vector(from), vector(ray.inverse), 0);
+#endif
+    if (!is_in_range) std::fill_n(far_offset, 3, std::numeric_limits<float>::max());  // meets every box
+    near_row = lower[octant];
+    far_row = lower[~octant & 7u];
+  }
+
   void start_near(const WideTree& tree, const geometry::PreparedRay& ray, Vec3& from) {
     const double speed = math::length(ray.direction);
     const double t = (math::length(from) - 4 * tree.reach()) / speed;

@@ -34,23 +34,24 @@ struct Pending {
   float near;
 };
 
-/// Which children the ray enters before `limit`, one bit each, and where.
+/// Which children the ray enters before `limit`, one bit each; and where, if it is asked for.
+template <bool tells_where>
 HWY_INLINE unsigned enter(const WideTree::Node& node, const FloatRay& ray, float limit, float* near_out) {
   const Floats d;
   unsigned hits = 0;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
     const float* planes = &node.bounds[0][0] + lane;
-    const auto at = [&](std::size_t row, float origin, float inverse) HWY_ATTR {
-      return hn::Mul(hn::Sub(hn::Load(d, planes + row), hn::Set(d, origin)), hn::Set(d, inverse));
+    const auto near_at = [&](int axis) HWY_ATTR {
+      return hn::MulAdd(hn::Load(d, planes + ray.near_row[axis]), hn::Set(d, ray.near_inverse[axis]),
+                        hn::Set(d, ray.near_offset[axis]));
     };
-    const auto near_at = [&](int axis)
-                             HWY_ATTR { return at(ray.near_row[axis], ray.near_origin[axis], ray.near_inverse[axis]); };
-    const auto far_at = [&](int axis)
-                            HWY_ATTR { return at(ray.far_row[axis], ray.far_origin[axis], ray.far_inverse[axis]); };
-    // No plane contains the origin as rounded, so there is no 0·∞.
+    const auto far_at = [&](int axis) HWY_ATTR {
+      return hn::MulAdd(hn::Load(d, planes + ray.far_row[axis]), hn::Set(d, ray.far_inverse[axis]),
+                        hn::Set(d, ray.far_offset[axis]));
+    };
     const auto near = hn::Max(hn::Max(near_at(0), near_at(1)), hn::Max(near_at(2), hn::Zero(d)));
     const auto far = hn::Min(hn::Min(far_at(0), far_at(1)), hn::Min(far_at(2), hn::Set(d, limit)));
-    hn::Store(near, d, near_out + lane);
+    if constexpr (tells_where) hn::Store(near, d, near_out + lane);
     hits |= bits(d, hn::Le(near, far)) << lane;
   }
   return hits;
@@ -62,7 +63,9 @@ struct Meetings {
   HWY_ALIGN float t_low[WideTree::width], t_high[WideTree::width];
 };
 
-/// The signs of the edge functions of geometry::intersect and the range of t, with bounds of their rounding.
+/// The signs of the edge functions of geometry::intersect and the range of t, with bounds of their rounding; a range of
+/// the vertices' t, or with `narrows` of what they weigh inside.
+template <bool narrows>
 HWY_INLINE void meet(const WideTree::TriangleBlock& block, const FloatRay& ray, float limit, Meetings& result) {
   const Floats d;
   const auto sx = hn::Set(d, ray.shear_x), sy = hn::Set(d, ray.shear_y), sz = hn::Set(d, ray.shear_z);
@@ -90,17 +93,28 @@ HWY_INLINE void meet(const WideTree::TriangleBlock& block, const FloatRay& ray, 
     const auto error =
         hn::Mul(coordinate_error, hn::Add(hn::Mul(hn::Set(d, 5.0F), m), hn::Add(coordinate_error, coordinate_error)));
     const auto least = hn::Min(hn::Min(u, v), w), most = hn::Max(hn::Max(u, v), w);
-    const auto t0 = hn::Mul(az, sz), t1 = hn::Mul(bz, sz), t2 = hn::Mul(cz, sz);
-    const auto t_low = hn::Sub(hn::Min(hn::Min(t0, t1), t2), t_error);
-    const auto t_high = hn::Add(hn::Max(hn::Max(t0, t1), t2), t_error);
     // NaN in unused lanes: every comparison below is false, so they are neither possible nor certain. A NaN of t alone
     // keeps the lane possible.
     const auto is_near = hn::Or(hn::Ge(least, hn::Neg(error)), hn::Le(most, error));
+    if (hn::AllFalse(d, is_near)) continue;
+    const auto t0 = hn::Mul(az, sz), t1 = hn::Mul(bz, sz), t2 = hn::Mul(cz, sz);
+    auto t_low = hn::Sub(hn::Min(hn::Min(t0, t1), t2), t_error);
+    auto t_high = hn::Add(hn::Max(hn::Max(t0, t1), t2), t_error);
     const auto is_out = hn::Or(hn::Lt(t_high, hn::Zero(d)), hn::Gt(t_low, hn::Set(d, limit)));
     const auto possible = hn::AndNot(is_out, is_near);
     const unsigned possible_bits = bits(d, possible);
     if (possible_bits == 0) continue;
     const auto is_inside = hn::Or(hn::Gt(least, error), hn::Lt(most, hn::Neg(error)));
+    if constexpr (narrows) {
+      // The mean of the three is off by up to six times what an edge function may be off, over the sum.
+      const auto sum = hn::Add(hn::Add(u, v), w);
+      const auto t = hn::Div(hn::MulAdd(u, t0, hn::MulAdd(v, t1, hn::Mul(w, t2))), sum);
+      const auto size = hn::Max(hn::Max(hn::Abs(t0), hn::Abs(t1)), hn::Abs(t2));
+      const auto within = hn::MulAdd(
+          size, hn::MulAdd(hn::Set(d, 7.0F), hn::Div(error, hn::Abs(sum)), hn::Set(d, 8 * roundoff)), t_error);
+      t_low = hn::IfThenElse(is_inside, hn::Max(hn::Sub(t, within), t_low), t_low);
+      t_high = hn::IfThenElse(is_inside, hn::Min(hn::Add(t, within), t_high), t_high);
+    }
     const auto is_between = hn::And(hn::Gt(t_low, t_error), hn::Lt(t_high, hn::Set(d, limit)));
     result.possible |= possible_bits << lane;
     result.certain |= bits(d, hn::And(possible, hn::And(is_inside, is_between))) << lane;
@@ -135,9 +149,33 @@ HWY_INLINE unsigned meet(const WideTree::SphereBlock& block, const FloatRay& ray
   return hits;
 }
 
-/// Visits what the ray may meet before `visitor.limit()`, roughly nearest first; true if the visitor ended it.
+/// Visits a leaf; true if the visitor ended the walk.
 template <class Visitor>
-HWY_INLINE bool walk_ray(const WideTree& tree, const FloatRay& ray, Visitor& visitor) {
+HWY_INLINE bool visit_leaf(const WideTree& tree, std::uint32_t reference, Visitor& visitor) {
+  switch (WideTree::sort_of(reference)) {
+    case WideTree::Sort::triangle_block:
+      return visitor.triangles(tree.triangle_blocks()[WideTree::index_of(reference)]);
+    case WideTree::Sort::sphere_block:
+      return visitor.spheres(tree.sphere_blocks()[WideTree::index_of(reference)]);
+    default:
+      break;
+  }
+  const WideTree::Leaf& leaf = tree.leaves()[WideTree::index_of(reference)];
+  for (auto i = leaf.triangle_begin; i < leaf.triangle_end; ++i) {
+    if (visitor.triangles(tree.triangle_blocks()[i])) return true;
+  }
+  for (auto i = leaf.sphere_begin; i < leaf.sphere_end; ++i) {
+    if (visitor.spheres(tree.sphere_blocks()[i])) return true;
+  }
+  for (auto i = leaf.other_begin; i < leaf.other_end; ++i) {
+    if (visitor.other(tree.others()[i])) return true;
+  }
+  return false;
+}
+
+/// Visits what the ray may meet before `visitor.limit()`, roughly nearest first.
+template <class Visitor>
+HWY_INLINE void walk_in_order(const WideTree& tree, const FloatRay& ray, Visitor& visitor) {
   Pending stack[WideTree::stack_size];
   std::size_t count = 0;
   std::uint32_t current = tree.root();
@@ -145,7 +183,7 @@ HWY_INLINE bool walk_ray(const WideTree& tree, const FloatRay& ray, Visitor& vis
     if (WideTree::sort_of(current) == WideTree::Sort::node) {
       const WideTree::Node& node = tree.nodes()[current];
       HWY_ALIGN float near[WideTree::width];
-      unsigned hits = enter(node, ray, visitor.limit(), near);
+      unsigned hits = enter<true>(node, ray, visitor.limit(), near);
       if (hits != 0) {
         const auto first_lane = static_cast<std::size_t>(std::countr_zero(hits));
         hits &= hits - 1;
@@ -164,27 +202,37 @@ HWY_INLINE bool walk_ray(const WideTree& tree, const FloatRay& ray, Visitor& vis
         current = stack[--count].child;
         continue;
       }
-    } else if (WideTree::sort_of(current) == WideTree::Sort::triangle_block) {
-      if (visitor.triangles(tree.triangle_blocks()[WideTree::index_of(current)])) return true;
-    } else if (WideTree::sort_of(current) == WideTree::Sort::sphere_block) {
-      if (visitor.spheres(tree.sphere_blocks()[WideTree::index_of(current)])) return true;
     } else {
-      const WideTree::Leaf& leaf = tree.leaves()[WideTree::index_of(current)];
-      for (auto i = leaf.triangle_begin; i < leaf.triangle_end; ++i) {
-        if (visitor.triangles(tree.triangle_blocks()[i])) return true;
-      }
-      for (auto i = leaf.sphere_begin; i < leaf.sphere_end; ++i) {
-        if (visitor.spheres(tree.sphere_blocks()[i])) return true;
-      }
-      for (auto i = leaf.other_begin; i < leaf.other_end; ++i) {
-        if (visitor.other(tree.others()[i])) return true;
-      }
+      visit_leaf(tree, current, visitor);
     }
     do {
-      if (count == 0) return false;
+      if (count == 0) return;
       --count;
     } while (stack[count].near > visitor.limit());
     current = stack[count].child;
+  }
+}
+
+/// Visits what the ray may meet before `visitor.limit()`, in any order; true if the visitor ended it.
+template <class Visitor>
+HWY_INLINE bool walk_to_end(const WideTree& tree, const FloatRay& ray, Visitor& visitor) {
+  std::uint32_t stack[WideTree::stack_size];
+  std::size_t count = 0;
+  std::uint32_t current = tree.root();
+  while (true) {
+    if (WideTree::sort_of(current) == WideTree::Sort::node) {
+      const WideTree::Node& node = tree.nodes()[current];
+      unsigned hits = enter<false>(node, ray, visitor.limit(), nullptr);
+      if (hits != 0) {
+        current = node.child[std::countr_zero(hits)];
+        for (hits &= hits - 1; hits != 0; hits &= hits - 1) stack[count++] = node.child[std::countr_zero(hits)];
+        continue;
+      }
+    } else if (visit_leaf(tree, current, visitor)) {
+      return true;
+    }
+    if (count == 0) return false;
+    current = stack[--count];
   }
 }
 
@@ -210,7 +258,7 @@ class ToNearest {
 
   bool triangles(const WideTree::TriangleBlock& block) {
     Meetings met;
-    meet(block, walk_.float_ray, limit_, met);
+    meet<true>(block, walk_.float_ray, limit_, met);
     for (unsigned hits = met.possible; hits != 0; hits &= hits - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(hits));
       if (block.triangle[lane] == self_triangle_) continue;
@@ -277,7 +325,7 @@ class ToOpaque {
 
   bool triangles(const WideTree::TriangleBlock& block) {
     Meetings met;
-    meet(block, walk_.float_ray, limit_, met);
+    meet<false>(block, walk_.float_ray, limit_, met);
     for (unsigned hits = met.possible; hits != 0; hits &= hits - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(hits));
       const std::uint32_t triangle = block.triangle[lane];
@@ -313,7 +361,7 @@ void find_nearest(const WideTree& tree, const OwnedTriangles& triangles, const W
   const FloatRay float_ray(tree, ray);
   const Walk context{triangles, world, ray, float_ray, self};
   ToNearest visitor(context, nearest);
-  walk_ray(tree, float_ray, visitor);
+  walk_in_order(tree, float_ray, visitor);
   visitor.decide();
 }
 
@@ -322,7 +370,7 @@ bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const Wo
   const FloatRay float_ray(tree, ray);
   const Walk context{triangles, world, ray, float_ray, self};
   ToOpaque visitor(context, limit, crossed);
-  return walk_ray(tree, float_ray, visitor);
+  return walk_to_end(tree, float_ray, visitor);
 }
 
 }  // namespace penumbra::accel::HWY_NAMESPACE
