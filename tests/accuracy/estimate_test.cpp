@@ -35,7 +35,7 @@ void make_soft(scene::Description& scene, double radius) {
 
 /// Two pictures of many samples, by other seeds; their mean is the reference, their difference tells its noise.
 struct Reference {
-  std::vector<float> mean;
+  render::Film::Values mean;
   double squared_noise;
 };
 Reference reference_of(api::JobRequest job) {
@@ -47,9 +47,9 @@ Reference reference_of(api::JobRequest job) {
     options.shadow_samples = 64;
   }
   options.seed = 1001;
-  std::vector<float> a = test::render(job).film.rgb;
+  render::Film::Values a = test::render(job).film.rgb;
   options.seed = 1002;
-  const std::vector<float> b = test::render(job).film.rgb;
+  const render::Film::Values b = test::render(job).film.rgb;
   const double difference = test::rmse(a, b);
   for (std::size_t i = 0; i < a.size(); ++i)
     a[i] = std::midpoint(std::clamp(a[i], 0.F, 1.F), std::clamp(b[i], 0.F, 1.F));

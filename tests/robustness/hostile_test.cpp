@@ -249,7 +249,7 @@ TEST_CASE("triangles without an area change nothing") {
                         test::with_candidates(use_candidates))
         .film.rgb;
   };
-  const std::vector<float> listed = picture(true), rays = picture(false);
+  const render::Film::Values listed = picture(true), rays = picture(false);
   test::Random random(3);
   for (int i = 0; i < 50; ++i) {
     const Vec3 p = random.in_cube(2), q = random.in_cube(2);

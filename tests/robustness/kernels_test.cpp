@@ -37,10 +37,10 @@ TEST_CASE("recipe 7: every kernel gives the same bytes for every scene, with and
       for (const bool merge_lights : {true, false}) {
         render::Switches switches = test::with_candidates(shadow_candidates);
         switches.merge_lights = merge_lights;
-        std::vector<float> plain;
+        render::Film::Values plain;
         for (const std::int64_t instructions : kernels) {
           const test::Kernel kernel(instructions);
-          const std::vector<float> picture = test::render(job, switches).film.rgb;
+          const render::Film::Values picture = test::render(job, switches).film.rgb;
           if (plain.empty()) plain = picture;
           INFO(name, ", ", test::name_of(instructions), ", candidates ", shadow_candidates, ", merged lights ",
                merge_lights);

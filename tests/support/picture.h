@@ -25,7 +25,7 @@ inline render::Switches with_candidates(bool use_candidates) {
 }
 
 /// Root-mean-square difference of values clamped to [0, 1], as the contract defines the error.
-inline double rmse(const std::vector<float>& a, const std::vector<float>& b) {
+inline double rmse(const render::Film::Values& a, const render::Film::Values& b) {
   REQUIRE(a.size() == b.size());
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
