@@ -10,8 +10,14 @@ namespace penumbra::accel {
 
 class Candidates::Search {
  public:
-  Search(const World& world, const SurfaceId& self, bool leaves_self, const Projection* projection, Candidates& found)
-      : world_(world), self_(self), leaves_self_(leaves_self), projection_(projection), found_(found) {
+  Search(const World& world, const SurfaceId& self, bool leaves_self, const Projection* projection,
+         std::size_t most_edges, Candidates& found)
+      : world_(world),
+        self_(self),
+        leaves_self_(leaves_self),
+        projection_(projection),
+        most_edges_(most_edges),
+        found_(found) {
     found.list_.clear();
     found.silhouette_.clear();
     found.spheres_.clear();
@@ -38,6 +44,7 @@ class Candidates::Search {
       if (!leaves_self_ && outline->spheres.contains(self_.item) && add(self_.item)) return;
       found_.has_opaque_triangles_ = found_.has_opaque_triangles_ || outline->has_triangles;
       outline->edges.append(*projection_, self_, found_.silhouette_);
+      if (found_.silhouette_.size() > most_edges_) found_.is_incomplete_ = true;
       return;
     }
     if (std::ranges::any_of(world_.infinite_items, add)) return;
@@ -112,7 +119,7 @@ class Candidates::Search {
       const Vec3 &from = v[e], &to = v[(e + 1) % 3];
       if (is_beside_square(from, to)) continue;
       if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
-      if (found_.silhouette_.size() == silhouette_capacity) return found_.is_incomplete_ = true;
+      if (found_.silhouette_.size() == most_edges_) return found_.is_incomplete_ = true;
       found_.silhouette_.push_back({from, to, jump, {id, static_cast<std::uint32_t>(e)}});
     }
     return false;
@@ -198,11 +205,11 @@ class Candidates::Search {
     return ViewCone::around(axis, radius, false).is_covered_by(sphere.center - shaft.apex(), sphere.radius);
   }
 
-  static constexpr std::size_t silhouette_capacity = 16384;
   const World& world_;
   SurfaceId self_;
   bool leaves_self_;
   const Projection* projection_;
+  std::size_t most_edges_;
   Candidates& found_;
 };
 
@@ -222,12 +229,13 @@ std::span<const std::uint32_t> Candidates::scene_order() {
 
 void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
                         const CellContents* among) {
-  Search(world, self, leaves_self, nullptr, *this).collect(shaft, among);
+  Search(world, self, leaves_self, nullptr, 0, *this).collect(shaft, among);
 }
 
 void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
-                                    const SurfaceId& self, bool leaves_self, const CellContents* among) {
-  Search(world, self, leaves_self, &projection, *this).collect(shaft, among);
+                                    const SurfaceId& self, bool leaves_self, const CellContents* among,
+                                    std::size_t most_edges) {
+  Search(world, self, leaves_self, &projection, most_edges, *this).collect(shaft, among);
 }
 
 }  // namespace penumbra::accel

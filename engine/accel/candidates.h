@@ -33,9 +33,10 @@ class Candidates {
 
   /// As `gather`, but of opaque triangles only the silhouette: the edges in sight that do not lie between two triangles
   /// side by side. Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH
-  /// 2005. Opaque spheres that are neither placed nor `self` are not in the list but in `spheres`.
+  /// 2005. Opaque spheres that are neither placed nor `self` are not in the list but in `spheres`. More edges than
+  /// `most_edges` are of no use.
   void gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection, const SurfaceId& self,
-                          bool leaves_self, const CellContents* among = nullptr);
+                          bool leaves_self, const CellContents* among = nullptr, std::size_t most_edges = 16384);
 
   std::span<const Candidate> list() const { return list_; }
   std::span<const SeenSphere> spheres() const { return spheres_; }

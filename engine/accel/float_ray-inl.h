@@ -27,6 +27,8 @@ struct FloatRay {
   // has added to become a t. Roundings go the way that makes a box larger.
   const std::size_t *near_row, *far_row;
   HWY_ALIGN float near_inverse[4], near_offset[4], far_inverse[4], far_offset[4];
+  // The same without an offset: where the ray starts for planes met first and last.
+  HWY_ALIGN float near_origin[4], far_origin[4];
   // For triangles: the shear of geometry::PreparedRay, and the largest error of a sheared coordinate.
   int axis[3];
   HWY_ALIGN float origin[4];
@@ -45,16 +47,19 @@ struct FloatRay {
     // Vertex and origin are off by a rounding each, their difference by one more, the shear by three: at most 8 in all,
     // of coordinates below reach + distance (|shear| ≤ 1).
     error = static_cast<float>(8.5 * 0x1p-24 * (tree.reach() + distance));
-    prepare_for_boxes(ray, from, tree.reach() + distance);
+    // Where t or a product with it would leave the range of single precision, nothing is decided in it.
+    const double size = tree.reach() + distance, slowest = std::fabs(ray.shear_z);
+    const bool is_in_range =
+        slowest < 0x1p80 && slowest * size < 0x1p80 && slowest > 0x1p-100 && slowest * size > 0x1p-100;
+    prepare_for_boxes(ray, from, size, is_in_range);
     axis[0] = ray.axis_x, axis[1] = ray.axis_y, axis[2] = ray.axis_z;
     shear_x = static_cast<float>(ray.shear_x), shear_y = static_cast<float>(ray.shear_y);
     shear_z = static_cast<float>(ray.shear_z);
-    // A plane towards which the ray does not move in single precision decides nothing.
-    if (!std::isfinite(shear_z)) shear_z = std::numeric_limits<float>::quiet_NaN();
+    if (!is_in_range) shear_z = std::numeric_limits<float>::quiet_NaN();
     t_error = error * std::fabs(shear_z);
     if (tree.sphere_blocks().empty()) return;
     const double inverse_speed = 1 / math::length(ray.direction);
-    t_of_length = static_cast<float>(inverse_speed);
+    t_of_length = is_in_range ? static_cast<float>(inverse_speed) : 0;
     for (int i = 0; i < 3; ++i) direction[i] = static_cast<float>(ray.direction[i] * inverse_speed);
   }
 
@@ -62,7 +67,7 @@ struct FloatRay {
 
  private:
   /// All coordinates are below `size`.
-  void prepare_for_boxes(const geometry::PreparedRay& ray, const Vec3& from, double size) {
+  void prepare_for_boxes(const geometry::PreparedRay& ray, const Vec3& from, double size, bool is_in_range) {
     // By octant of the direction.
     constexpr std::size_t w = WideTree::width;
     static constexpr std::size_t lower[8][3]{{0, w, 2 * w},         {3 * w, w, 2 * w},    {0, 4 * w, 2 * w},
@@ -73,7 +78,6 @@ struct FloatRay {
     const double fastest = 0x1p40 * std::fabs(ray.shear_z);
     // A start that was moved is off by the double operations that did it.
     const double least = 0x1p-37 * size + (t_start > 0 ? 0x1p-16 * static_cast<double>(error) : 0);
-    const bool is_in_range = fastest < 0x1p120 && fastest * size < 0x1p120;
     constexpr float slack = 12 * roundoff;  // of the slab test's last operations, and of the shapes' own tests
     const hn::CappedTag<float, 4> d;
     unsigned octant = 0;
@@ -88,8 +92,11 @@ struct FloatRay {
       hn::Store(at, d, origin + first);
       hn::Store(near, d, near_inverse + first);
       hn::Store(far, d, far_inverse + first);
-      hn::Store(hn::Neg(hn::Mul(hn::Add(at, widening), near)), d, near_offset + first);
-      hn::Store(hn::Neg(hn::Mul(hn::Sub(at, widening), far)), d, far_offset + first);
+      const auto near_at = hn::Add(at, widening), far_at = hn::Sub(at, widening);
+      hn::Store(near_at, d, near_origin + first);
+      hn::Store(far_at, d, far_origin + first);
+      hn::Store(hn::Neg(hn::Mul(near_at, near)), d, near_offset + first);
+      hn::Store(hn::Neg(hn::Mul(far_at, far)), d, far_offset + first);
       std::uint8_t is_backwards[8]{};
       hn::StoreMaskBits(d, hn::Lt(inverse, hn::Zero(d)), is_backwards);
       octant |= static_cast<unsigned>(is_backwards[0]) << first & 7u;

@@ -1,6 +1,8 @@
 #include "engine/accel/neighbours.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <vector>
 
 namespace penumbra::accel {
@@ -48,10 +50,29 @@ std::vector<std::uint32_t> welded(const std::vector<math::Vec3>& positions) {
 
 }  // namespace
 
+namespace {
+
+/// The median of a thousand edges, evenly spread over the triangles.
+double typical_edge(const TriangleSet& triangles) {
+  std::vector<double> lengths;
+  const std::size_t step = std::max<std::size_t>(1, triangles.size() / 1000);
+  for (std::size_t i = 0; i < triangles.size(); i += step) {
+    const auto& [a, b, c] = triangles.corners[i];
+    lengths.push_back(math::length(triangles.positions[b] - triangles.positions[a]));
+  }
+  if (lengths.empty()) return HUGE_VAL;
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
+}
+
+}  // namespace
+
 void link_neighbours(TriangleSet& triangles, std::span<const std::uint32_t> groups) {
   constexpr std::uint32_t none = TriangleSet::no_neighbour;
   const std::vector<std::uint32_t> place = welded(triangles.positions);
   triangles.neighbours.assign(triangles.size(), {none, none, none});
+  triangles.typical_edge = typical_edge(triangles);
   // A half-edge is numbered 4 · triangle + edge.
   const auto from = [&](std::uint32_t half) { return place[triangles.corners[half / 4][half % 4]]; };
   const auto to = [&](std::uint32_t half) { return place[triangles.corners[half / 4][(half % 4 + 1) % 3]]; };

@@ -120,6 +120,17 @@ bool find_opaque(const Structure& structure, const OwnedTriangles& triangles, co
       [&](std::uint32_t item) { return cross_item(world, item, ray, self, limit, crossed); });
 }
 
+/// Adds the transparent items without a bound that are crossed; false if one is opaque.
+bool cross_infinite(const World& world, const PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
+  return std::ranges::none_of(world.infinite_items,
+                              [&](std::uint32_t item) { return cross_item(world, item, ray, self, limit, crossed); });
+}
+
+bool cross(const World& world, const PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
+  return cross_infinite(world, ray, self, limit, crossed) &&
+         !find_opaque(world.structure, OwnedTriangles(world), world, ray, self, limit, crossed);
+}
+
 }  // namespace
 
 void find_in_item(const World& world, std::uint32_t id, const PreparedRay& ray, const SurfaceId& self,
@@ -165,11 +176,19 @@ std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit)
 }
 
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed) {
-  const PreparedRay prepared(ray.origin, ray.direction);
-  for (const std::uint32_t item : world.infinite_items) {
-    if (cross_item(world, item, prepared, ray.self, limit, crossed)) return false;
+  return cross(world, PreparedRay(ray.origin, ray.direction), ray.self, limit, crossed);
+}
+
+unsigned cross_transparent(const World& world, std::span<const PreparedRay> rays, const SurfaceId& self, double limit,
+                           Crossed* crossed) {
+  unsigned through = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const bool is_through = world.structure.wide ? cross_infinite(world, rays[i], self, limit, crossed[i])
+                                                 : cross(world, rays[i], self, limit, crossed[i]);
+    through |= is_through ? 1u << i : 0;
   }
-  return !find_opaque(world.structure, OwnedTriangles(world), world, prepared, ray.self, limit, crossed);
+  if (!world.structure.wide || through == 0) return through;
+  return through & ~walk_to_opaque(*world.structure.wide, OwnedTriangles(world), world, rays, self, limit, crossed);
 }
 
 bool cross_transparent(const World& world, const CellContents& contents, const Ray& ray, double limit,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/accel/cell.h"
@@ -43,6 +44,12 @@ class Crossed {
 
 /// Finds every crossing with 0 < t < limit of transparent items; stops and returns false at the first opaque one.
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed);
+
+/// The same of up to bundle_width rays at once that leave `self`, with a list for each: rays that lie close together
+/// and go into one octant share most of the way. Returns those that met nothing opaque, one bit each.
+inline constexpr std::size_t bundle_width = 8;
+unsigned cross_transparent(const World& world, std::span<const geometry::PreparedRay> rays, const SurfaceId& self,
+                           double limit, Crossed* crossed);
 
 /// The same for a segment from a point of a cell to one of its target, whose contents are listed.
 bool cross_transparent(const World& world, const CellContents& contents, const Ray& ray, double limit,

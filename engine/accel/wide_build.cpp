@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t leaf_capacity = WideTree::width;
 // What one of the others counts for beside a lane of a block.
 constexpr std::size_t weight_of_other = 4;
-// Below this level ranges are halved by count, which bounds the depth of any tree (see wide_walk.cpp).
+// Below this level ranges are halved by count, which bounds the depth of any tree (see WideTree::stack_size).
 constexpr int depth_of_sah = 48;
 constexpr std::ptrdiff_t chunk = 1 << 14;  // entries a task takes when a pass over a range is shared
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "engine/accel/half_spaces.h"
 #include "engine/accel/normal_cones.h"
@@ -20,7 +21,7 @@ struct Nearest {
   void offer(double t, SurfaceId surface, double b1, double b2) {
     if (hit && (t > hit->t || (t == hit->t && surface > hit->surface))) return;
     hit = Hit{t, surface, b1, b2};
-    limit = std::nextafter(t, HUGE_VAL);
+    limit = math::next_up(t);
   }
 };
 
@@ -70,6 +71,12 @@ void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, cons
 /// Adds the transparent surfaces crossed before `limit`; stops and returns true at the first opaque one.
 bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                     const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed);
+
+/// The same of up to bundle_width rays at once, which all leave `self`; `crossed` for each. Returns the rays that met
+/// something opaque, one bit each: for the same answers as one by one.
+unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                        std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
+                        Crossed* crossed);
 
 class RegionVisitor {
  public:

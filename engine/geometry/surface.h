@@ -32,7 +32,7 @@ inline Vec3 leave_surface(const SurfacePoint& at, const Vec3& direction) {
   Vec3 start = at.position + offset;
   for (int axis = 0; axis < 3; ++axis) {
     if (offset[axis] == 0) continue;
-    start[axis] = std::nextafter(start[axis], offset[axis] > 0 ? HUGE_VAL : -HUGE_VAL);
+    start[axis] = offset[axis] > 0 ? math::next_up(start[axis]) : math::next_down(start[axis]);
   }
   return start;
 }

@@ -13,6 +13,7 @@ struct PreparedRay {
   double shear_x = 0, shear_y = 0, shear_z = 0;
   int axis_x = 0, axis_y = 1, axis_z = 2;
 
+  PreparedRay() = default;
   PreparedRay(const Vec3& from, const Vec3& towards) : origin(from), direction(towards) {
     const double d[3]{towards.x, towards.y, towards.z};
     const double reciprocal[3]{1 / d[0], 1 / d[1], 1 / d[2]};

@@ -1,5 +1,7 @@
 #pragma once
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace penumbra::math {
@@ -25,5 +27,12 @@ inline double signed_difference_of_products(double a, double b, double c, double
   if (std::fabs(difference) > gamma(4) * (std::fabs(ab) + std::fabs(cd))) return difference;
   return difference_of_products(a, b, c, d);
 }
+
+/// The next number away from `x` towards +∞ (or −∞); `x` is finite.
+inline double next_up(double x) {
+  if (x == 0) return std::numeric_limits<double>::denorm_min();
+  return std::bit_cast<double>(std::bit_cast<std::int64_t>(x) + (x > 0 ? 1 : -1));
+}
+inline double next_down(double x) { return -next_up(-x); }
 
 }  // namespace penumbra::math

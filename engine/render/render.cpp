@@ -29,6 +29,7 @@ std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::ui
           {"lights_without_effect", c.lights_without_effect},
           {"merged_lights", merged_lights},
           {"negligible_rays", c.negligible_rays},
+          {"shadow_rays_bundled", c.shadow_rays_bundled},
           {"shadow_rays_covered", c.shadow_rays_covered},
           {"shadow_rays_dark", c.shadow_rays_dark},
           {"shadow_rays_listed", c.shadow_rays_listed},

@@ -1,5 +1,6 @@
 #include "engine/sampling/patterns.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/math/elementary.h"
@@ -47,11 +48,14 @@ Point2 sobol_owen(std::uint32_t index, const Key& key) {
 }
 
 DiscSpiral::DiscSpiral(int count) : inverse_count_(1.0 / count) {
-  constexpr double golden_turn = 0.38196601125010515180;
+  static constexpr double golden_turn = 0.38196601125010515180;
   for (int i = 0; i < count; ++i) {
     const auto [sine, cosine] = math::sine_cosine_turns(i * golden_turn);
     cosine_.push_back(cosine), sine_.push_back(sine);
+    around_.push_back(i);
   }
+  const auto turns = [](int i) { return i * golden_turn - std::floor(i * golden_turn); };
+  std::ranges::sort(around_, {}, turns);
 }
 
 DiscSpiral::Turn DiscSpiral::turn(const Key& key) {

@@ -27,9 +27,12 @@ class DiscSpiral {
   };
   static Turn turn(const Key& key);
   Point2 point(int index, const Turn& turn) const;
+  /// Every index once, in the order of the points around the middle.
+  const std::vector<int>& around() const { return around_; }
 
  private:
   std::vector<double> cosine_, sine_;
+  std::vector<int> around_;
   double inverse_count_;
 };
 

@@ -12,6 +12,7 @@ struct Counters {
   std::uint64_t shadow_rays_dark = 0;       // not cast: one opaque surface covers the light's cone
   std::uint64_t shadow_rays_listed = 0;     // tested against a short list instead of the structure
   std::uint64_t shadow_rays_covered = 0;    // not cast: what hides of the light was found from its occluders\' outlines
+  std::uint64_t shadow_rays_bundled = 0;    // cast, but on the way of another ray
   std::uint64_t hidden_spheres = 0;         // not looked at more closely: larger ones hide them
   std::uint64_t area_samples_exact = 0;     // of area lights in full view: their diffuse light has a closed form
   std::uint64_t negligible_rays = 0;        // secondary rays below min_contribution
@@ -21,7 +22,7 @@ struct Counters {
     lights_facing_away += other.lights_facing_away, lights_without_effect += other.lights_without_effect;
     shadow_rays_lit += other.shadow_rays_lit, shadow_rays_dark += other.shadow_rays_dark;
     shadow_rays_listed += other.shadow_rays_listed, shadow_rays_covered += other.shadow_rays_covered;
-    hidden_spheres += other.hidden_spheres;
+    shadow_rays_bundled += other.shadow_rays_bundled, hidden_spheres += other.hidden_spheres;
     area_samples_exact += other.area_samples_exact, negligible_rays += other.negligible_rays;
     return *this;
   }

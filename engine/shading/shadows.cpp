@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <span>
 
 #include "engine/math/error_free.h"
 
@@ -9,6 +11,10 @@ namespace penumbra::shading {
 namespace {
 
 using math::dot;
+
+/// Where silhouettes have more edges than this, rays to as many points of the disc as the chords are worth cost less;
+/// and sooner where triangles are much finer than pixels, and no point is like the next.
+constexpr std::size_t edges_per_chord = 32, fine_edges_per_chord = 4;
 
 /// Modelled as `constant`·s(1 − s) / `count_to_the_power`, where s is the share that gets through. That `count` samples
 /// agree does not mean that all would: s is as far from 0 and 1 as half a sample more would put it.
@@ -124,7 +130,9 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
     const Vec3 from = leave_surface(at.surface, at.facing);
     const bool is_infinite = limit == HUGE_VAL;
     const DiscView view{from, is_infinite ? axis : axis - (from - at.surface.position), u, v, is_infinite};
-    gather(at, view, is_above_horizon);
+    const std::size_t edges_each =
+        at.footprint > scene_.world.triangles.typical_edge ? fine_edges_per_chord : edges_per_chord;
+    gather(at, view, is_above_horizon, edges_each * static_cast<std::size_t>(sampling.chords.count()));
     if (candidates_.is_dark()) {
       counters_.shadow_rays_dark += count;
       return {math::black, {}, true};
@@ -158,15 +166,59 @@ Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u
   }
   const sampling::DiscSpiral::Turn turn = sampling::DiscSpiral::turn(key);
   sampling::Halves halves;  // every second point of the spiral makes a spiral again
-  for (int i = 0; i < sampling.spiral.count(); ++i) {
-    const auto [x, y] = sampling.spiral.point(i, turn);
-    halves.add(i % 2 == 1, transmittance(at, axis + u * x + v * y, limit));
-  }
+  sample(at, axis, u, v, limit, sampling.spiral, turn);
+  for (std::size_t i = 0; i < transmittances_.size(); ++i) halves.add(i % 2 == 1, transmittances_[i]);
   const double n = sampling.spiral.count();
   return with_variance(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
 }
 
-void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above_horizon) {
+void Shadows::sample(const ShadingPoint& at, const Vec3& axis, const Vec3& u, const Vec3& v, double limit,
+                     const sampling::DiscSpiral& spiral, const sampling::DiscSpiral::Turn& turn) {
+  const int count = spiral.count();
+  transmittances_.resize(static_cast<std::size_t>(count));
+  const auto towards = [&](int i) {
+    const auto [x, y] = spiral.point(i, turn);
+    return axis + u * x + v * y;
+  };
+  if (!switches_.shadow_bundles || listed() != nullptr) {
+    for (int i = 0; i < count; ++i) transmittances_[static_cast<std::size_t>(i)] = transmittance(at, towards(i), limit);
+    return;
+  }
+  const Vec3& n = at.surface.normal;
+  const Vec3 outside = leave_surface(at.surface, n), inside = leave_surface(at.surface, -n);
+  std::array<int, accel::bundle_width> index;
+  std::size_t size = 0;
+  const auto cast = [&] {
+    for (accel::Crossed& crossed : bundle_crossed_) crossed.clear();
+    const unsigned through =
+        accel::cross_transparent(scene_.world, std::span(bundle_).first(size), at.id, limit, bundle_crossed_.data());
+    for (std::size_t k = 0; k < size; ++k) {
+      Color& result = transmittances_[static_cast<std::size_t>(index[k])];
+      if ((through >> k & 1) == 0) {
+        result = math::black;
+        continue;
+      }
+      result = through_items(bundle_crossed_[k].sorted());
+      if (dot(at.facing, bundle_[k].direction) < 0) result = result * own_surface(at);
+    }
+    counters_.shadow += size;
+    counters_.shadow_rays_bundled += size - 1;
+    size = 0;
+  };
+  for (const int i : spiral.around()) {
+    const Vec3 direction = towards(i);
+    if (dot(at.facing, direction) < 0 && !at.material->transmits) {
+      transmittances_[static_cast<std::size_t>(i)] = math::black;
+      continue;
+    }
+    std::construct_at(&bundle_[size], dot(direction, n) < 0 ? inside : outside, direction);
+    index[size++] = i;
+    if (size == accel::bundle_width) cast();
+  }
+  if (size > 0) cast();
+}
+
+void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above_horizon, std::size_t most_edges) {
   const Vec3 &axis = view.axis, &u = view.u, &v = view.v;
   std::array<Vec3, 4> corners{axis - u - v, axis + u - v, axis + u + v, axis - u + v};
   const bool leaves_self = leaves_on_outer_side(at, corners);
@@ -183,7 +235,7 @@ void Shadows::gather(const ShadingPoint& at, const DiscView& view, bool is_above
                                      at.surface.position,
                                      accel::ViewCone::around(axis, math::length(u), view.is_infinite)};
   const accel::Shaft shaft(view.from, corners, view.is_infinite, is_above_horizon ? at.facing : Vec3{});
-  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, cell_);
+  candidates_.gather_silhouettes(scene_.world, shaft, projection, at.id, leaves_self, cell_, most_edges);
   if (switches_.hidden_spheres && !candidates_.is_dark() && !candidates_.is_incomplete())
     counters_.hidden_spheres += candidates_.drop_hidden_spheres();
 }

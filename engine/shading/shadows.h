@@ -80,10 +80,13 @@ class Shadows {
   const accel::CellContents* listed() const { return shared() == Shared::listed ? cell_ : nullptr; }
   /// Fills crossed_ with the transparent items between the point and point + `towards`; false if one is opaque.
   bool cross(const ShadingPoint& at, const Vec3& towards, double limit);
+  /// Fills transmittances_ with those towards the points of the spiral.
+  void sample(const ShadingPoint& at, const Vec3& axis, const Vec3& u, const Vec3& v, double limit,
+              const sampling::DiscSpiral& spiral, const sampling::DiscSpiral::Turn& turn);
   Color through_items(const std::vector<std::uint32_t>& items) const;
   Color own_surface(const ShadingPoint& at) const { return at.material->transmission; }
   /// Finds what may hide some of the disc.
-  void gather(const ShadingPoint& at, const DiscView& view, bool is_above_horizon);
+  void gather(const ShadingPoint& at, const DiscView& view, bool is_above_horizon, std::size_t most_edges);
   /// Fills covers_ from the candidates: of the disc, some are listed to find the share of, one hides all, or one of
   /// them has no simple cover.
   enum class Covers { listed, dark, unknown };
@@ -95,6 +98,9 @@ class Shadows {
   LightCells cells_;
   const accel::CellContents* cell_ = nullptr;  // of the point and light aimed at
   accel::Crossed crossed_;
+  std::array<geometry::PreparedRay, accel::bundle_width> bundle_;
+  std::array<accel::Crossed, accel::bundle_width> bundle_crossed_;
+  std::vector<Color> transmittances_;
   accel::Candidates candidates_;
   std::vector<DiscCover> covers_;
   ChordSweep sweep_;

@@ -2,12 +2,13 @@
 
 namespace penumbra::shading {
 
-/// Parts of shading that only save time, each of which may be switched off. Without `hidden_spheres` or
-/// `lights_without_share`, and without `light_cells` where no light is an area light, the image is the same bit by bit;
-/// else within its estimated error.
+/// Parts of shading that only save time, each of which may be switched off. Without `hidden_spheres`,
+/// `shadow_bundles` or `lights_without_share`, and without `light_cells` where no light is an area light, the image is
+/// the same bit by bit; else within its estimated error.
 struct Switches {
   bool shadow_candidates = true;     // one query of a light's whole cone instead of a ray per sample
   bool shadow_outlines = true;       // the share of a disc that occluders hide from their outlines, not from samples
+  bool shadow_bundles = true;        // rays to one disc share their way through the structure
   bool hidden_spheres = true;        // spheres that larger ones hide from a point cover nothing more of a light
   bool exact_area_lights = true;     // a closed form where an area light is in full view
   bool light_cells = true;           // points side by side share what may hide a light

@@ -62,13 +62,10 @@ void check_writable(const std::string& path) {
 }
 
 std::map<std::string, bool*> switch_names(render::Switches& switches) {
-  return {{"empty-tiles", &switches.empty_tiles},
-          {"exact-area-lights", &switches.exact_area_lights},
-          {"hidden-spheres", &switches.hidden_spheres},
-          {"light-cells", &switches.light_cells},
-          {"lights-without-share", &switches.lights_without_share},
-          {"merge-lights", &switches.merge_lights},
-          {"shadow-candidates", &switches.shadow_candidates},
+  return {{"empty-tiles", &switches.empty_tiles},        {"exact-area-lights", &switches.exact_area_lights},
+          {"shadow-bundles", &switches.shadow_bundles},  {"hidden-spheres", &switches.hidden_spheres},
+          {"light-cells", &switches.light_cells},        {"lights-without-share", &switches.lights_without_share},
+          {"merge-lights", &switches.merge_lights},      {"shadow-candidates", &switches.shadow_candidates},
           {"shadow-outlines", &switches.shadow_outlines}};
 }
 

@@ -62,6 +62,7 @@ constexpr bool render::Switches::*of_shading = static_cast<bool render::Switches
 
 TEST_CASE("what is skipped for certain changes no pixel") {
   check("light cells", of_shading<&shading::Switches::light_cells>, Same::without_area_lights, "shadow_rays_lit");
+  check("shadow bundles", of_shading<&shading::Switches::shadow_bundles>, Same::always, "shadow_rays_bundled");
   check("hidden spheres", of_shading<&shading::Switches::hidden_spheres>, Same::always, "hidden_spheres");
   check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always,
         "lights_facing_away");

@@ -2,6 +2,8 @@
 // away.
 #include <doctest/doctest.h>
 
+#include <array>
+
 #include "tests/robustness/kernels.h"
 #include "tests/robustness/worlds.h"
 
@@ -28,6 +30,24 @@ std::vector<scene::Object> every_shape(const Vec3& c, double s) {
           {scene::Cylinder{c, {0.2, 1, 0.1}, s, s, false}, {}},
           {mesh, {}},
           {std::move(squeezed), {}}};
+}
+
+/// Many small and some large shapes, some of glass, some placed, around the origin.
+scene::Description cluttered(test::Random& random) {
+  scene::Description description = test::with_objects({});
+  scene::Material glass;
+  glass.transmission = {0.5, 0.25, 0.75};
+  description.materials.push_back(glass);
+  for (int i = 0; i < 120; ++i) {
+    const auto shapes = every_shape(random.in_cube(4), random.between(0.05, i % 10 == 0 ? 2 : 0.5));
+    scene::Object object = shapes[static_cast<std::size_t>(random.below(9))];
+    if (std::holds_alternative<scene::Plane>(object.shape) || std::holds_alternative<scene::Tube>(object.shape)) {
+      if (i > 20) continue;  // enough of those without an end
+    }
+    object.material = scene::MaterialId{random.below(3) == 0 ? 1u : 0u};
+    description.objects.push_back(std::move(object));
+  }
+  return description;
 }
 
 }  // namespace
@@ -110,6 +130,75 @@ TEST_CASE(
       }
     }
   CHECK(hits > 1000);
+  CHECK(different == 0);
+}
+
+TEST_CASE("recipe 4: a direction of any length, along an axis or nearly so, finds what brute force finds") {
+  test::Random random(41);
+  const scene::Description description = cluttered(random);
+  const shading::Scene plain = test::compiled(description, scene::Acceleration::none),
+                       best = test::compiled(description);
+  int different = 0, hits = 0;
+  for (const std::int64_t instructions : test::kernels()) {
+    const test::Kernel kernel(instructions);
+    for (int i = 0; i < test::count(2'000, 100'000); ++i) {
+      const Vec3 origin = i % 5 == 0 ? random.in_cube(4) : random.direction() * random.between(1, 200);
+      Vec3 direction = i % 5 == 0 ? random.direction() : math::normalize(random.in_cube(3) - origin);
+      // Axes on which it stands still, or moves as much less as is near what the boxes take for standing still.
+      for (int axis = 0; axis < 3; ++axis) {
+        if (random.below(3) == 0) direction[axis] *= std::ldexp(random.below(2), -random.below(80));
+      }
+      if (math::max_component(math::abs(direction)) < 0.01) continue;
+      direction = direction * std::ldexp(1, random.below(601) - 300);
+      const geometry::Ray ray{origin, direction, {}};
+      const auto brute = closest_hit(plain.world, ray), found = closest_hit(best.world, ray);
+      if (brute) ++hits;
+      // Where the compiler fuses, the two forms of a triangle's test may differ in the last bit of t.
+      if (found.has_value() != brute.has_value() ||
+          (found && (found->surface != brute->surface || std::fabs(found->t - brute->t) > 4e-16 * brute->t)))
+        ++different;
+    }
+  }
+  CHECK(hits > 500);
+  CHECK(different == 0);
+}
+
+TEST_CASE("rays in a bundle find what they find alone") {
+  test::Random random(42);
+  int different = 0, through = 0, crossed_items = 0;
+  const scene::Description description = cluttered(random);
+  for (const auto acceleration : {scene::Acceleration::bvh, scene::Acceleration::median}) {
+    const shading::Scene scene = test::compiled(description, acceleration);
+    for (const std::int64_t instructions : test::kernels()) {
+      const test::Kernel kernel(instructions);
+      for (int i = 0; i < test::count(2'000, 100'000); ++i) {
+        const Vec3 apex = random.direction() * random.between(0.5, i % 7 == 0 ? 200 : 6);
+        const Vec3 target = random.in_cube(2), spread = random.in_cube(i % 3 == 0 ? 6 : 0.3);
+        const double limit = i % 4 == 0 ? HUGE_VAL : random.between(0.3, 1.5);
+        const accel::SurfaceId self{static_cast<std::uint32_t>(random.below(100)), 0};
+        const auto count = static_cast<std::size_t>(1 + random.below(accel::bundle_width));
+        std::vector<geometry::Ray> rays;
+        std::vector<geometry::PreparedRay> prepared;
+        for (std::size_t k = 0; k < count; ++k) {
+          const Vec3 from = i % 5 == 0 ? apex + random.in_cube(1e-9) : apex;
+          rays.push_back({from, target + spread * random.between(-1, 1) + random.in_cube(0.1) - from, self});
+          prepared.emplace_back(rays.back().origin, rays.back().direction);
+        }
+        std::array<accel::Crossed, accel::bundle_width> together;
+        const unsigned found = cross_transparent(scene.world, prepared, self, limit, together.data());
+        for (std::size_t k = 0; k < count; ++k) {
+          accel::Crossed alone;
+          const bool is_through = cross_transparent(scene.world, rays[k], limit, alone);
+          through += is_through ? 1 : 0;
+          if (is_through != ((found >> k & 1) != 0) || (is_through && together[k].sorted() != alone.sorted()))
+            ++different;
+          crossed_items += is_through ? static_cast<int>(alone.sorted().size()) : 0;
+        }
+      }
+    }
+  }
+  CHECK(through > 1000);
+  CHECK(crossed_items > 500);
   CHECK(different == 0);
 }
 

@@ -1,0 +1,260 @@
+// Compiled once per instruction set; the best one the processor has is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/accel/opaque_walk.cpp"
+// clang-format off
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+// clang-format on
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <utility>
+
+#include "engine/accel/leaf_tests-inl.h"
+#include "engine/accel/wide_walk.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace penumbra::accel::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Visits what the ray may meet before `visitor.limit()`, in any order; true if the visitor ended it.
+template <class Visitor>
+HWY_INLINE bool walk_to_end(const WideTree& tree, const FloatRay& ray, Visitor& visitor) {
+  std::uint32_t stack[WideTree::stack_size];
+  std::size_t count = 0;
+  std::uint32_t current = tree.root();
+  while (true) {
+    if (WideTree::sort_of(current) == WideTree::Sort::node) {
+      const WideTree::Node& node = tree.nodes()[current];
+      unsigned hits = enter<false>(node, ray, visitor.limit(), nullptr);
+      if (hits != 0) {
+        current = node.child[std::countr_zero(hits)];
+        for (hits &= hits - 1; hits != 0; hits &= hits - 1) stack[count++] = node.child[std::countr_zero(hits)];
+        continue;
+      }
+    } else if (visit_leaf(tree, current, visitor)) {
+      return true;
+    }
+    if (count == 0) return false;
+    current = stack[--count];
+  }
+}
+
+class ToOpaque {
+ public:
+  ToOpaque(const Walk& walk, double limit, Crossed& crossed)
+      : walk_(walk),
+        self_triangle_(walk.triangles.index(walk.self)),
+        exact_limit_(limit),
+        limit_(walk.float_ray.limit(limit)),
+        certain_limit_(rounded_down(limit - walk.float_ray.t_start)),
+        crossed_(crossed) {}
+
+  float limit() const { return limit_; }
+
+  bool triangles(const WideTree::TriangleBlock& block) {
+    Meetings met;
+    meet<false>(block, walk_.float_ray, limit_, met);
+    for (unsigned hits = met.possible; hits != 0; hits &= hits - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(hits));
+      const std::uint32_t triangle = block.triangle[lane];
+      if (triangle == self_triangle_) continue;
+      const bool is_certain = (met.certain >> lane & 1u) != 0 && met.t_high[lane] < certain_limit_;
+      if (!is_certain && !intersect(walk_.triangles[triangle], walk_.ray, exact_limit_)) continue;
+      const std::uint32_t item = walk_.triangles.item(triangle);
+      if (walk_.world.items[item].is_opaque) return true;
+      crossed_.add(item);
+    }
+    return false;
+  }
+  bool spheres(const WideTree::SphereBlock& block) {
+    for (unsigned hits = meet(block, walk_.float_ray, limit_); hits != 0; hits &= hits - 1) {
+      if (other(block.item[std::countr_zero(hits)])) return true;
+    }
+    return false;
+  }
+  bool other(std::uint32_t item) {
+    return cross_item(walk_.world, item, walk_.ray, walk_.self, exact_limit_, crossed_);
+  }
+
+ private:
+  const Walk& walk_;
+  std::uint32_t self_triangle_;
+  double exact_limit_;
+  float limit_, certain_limit_;
+  Crossed& crossed_;
+};
+
+bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                 const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
+  const FloatRay float_ray(tree, ray);
+  const Walk context{triangles, world, ray, float_ray, self};
+  ToOpaque visitor(context, limit, crossed);
+  return walk_to_end(tree, float_ray, visitor);
+}
+
+/// Rays side by side that go into the same octant, for boxes: lane by lane what FloatRay has.
+struct FloatBundle {
+  const std::size_t *near_row, *far_row;
+  // Where all of them start, and the least and greatest of their reciprocals.
+  float near_origin[3], far_origin[3], near_least[3], near_most[3], far_least[3], far_most[3], limit_of_all;
+  alignas(64) float near_inverse[3][bundle_width], near_offset[3][bundle_width];
+  alignas(64) float far_inverse[3][bundle_width], far_offset[3][bundle_width], limit[bundle_width];
+
+  void set(std::size_t lane, const FloatRay& ray, float ray_limit) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      near_inverse[axis][lane] = ray.near_inverse[axis], near_offset[axis][lane] = ray.near_offset[axis];
+      far_inverse[axis][lane] = ray.far_inverse[axis], far_offset[axis][lane] = ray.far_offset[axis];
+    }
+    limit[lane] = ray_limit;
+  }
+
+  /// To be walked with next: rays of one octant. False if they do not start at one place.
+  bool choose(const std::array<FloatRay, bundle_width>& ray, unsigned chosen) {
+    const FloatRay& first = ray[static_cast<std::size_t>(std::countr_zero(chosen))];
+    near_row = first.near_row, far_row = first.far_row;
+    limit_of_all = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      near_origin[axis] = first.near_origin[axis], far_origin[axis] = first.far_origin[axis];
+      near_least[axis] = far_least[axis] = HUGE_VALF, near_most[axis] = far_most[axis] = -HUGE_VALF;
+    }
+    for (; chosen != 0; chosen &= chosen - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(chosen));
+      limit_of_all = std::max(limit_of_all, limit[i]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (ray[i].near_origin[axis] != near_origin[axis] || ray[i].far_origin[axis] != far_origin[axis]) return false;
+        near_least[axis] = std::min(near_least[axis], ray[i].near_inverse[axis]);
+        near_most[axis] = std::max(near_most[axis], ray[i].near_inverse[axis]);
+        far_least[axis] = std::min(far_least[axis], ray[i].far_inverse[axis]);
+        far_most[axis] = std::max(far_most[axis], ray[i].far_inverse[axis]);
+      }
+    }
+    return true;
+  }
+};
+
+/// Which children some ray may enter, one bit each.
+HWY_INLINE unsigned enter(const WideTree::Node& node, const FloatBundle& bundle) {
+  const Floats d;
+  unsigned entered = 0;
+  for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
+    const float* planes = &node.bounds[0][0] + lane;
+    const auto near_at = [&](std::size_t axis) HWY_ATTR {
+      const auto way = hn::Sub(hn::Load(d, planes + bundle.near_row[axis]), hn::Set(d, bundle.near_origin[axis]));
+      return hn::Min(hn::Mul(way, hn::Set(d, bundle.near_least[axis])),
+                     hn::Mul(way, hn::Set(d, bundle.near_most[axis])));
+    };
+    const auto far_at = [&](std::size_t axis) HWY_ATTR {
+      const auto way = hn::Sub(hn::Load(d, planes + bundle.far_row[axis]), hn::Set(d, bundle.far_origin[axis]));
+      return hn::Max(hn::Mul(way, hn::Set(d, bundle.far_least[axis])), hn::Mul(way, hn::Set(d, bundle.far_most[axis])));
+    };
+    const auto near = hn::Max(hn::Max(near_at(0), near_at(1)), hn::Max(near_at(2), hn::Zero(d)));
+    const auto far = hn::Min(hn::Min(far_at(0), far_at(1)), hn::Min(far_at(2), hn::Set(d, bundle.limit_of_all)));
+    entered |= bits(d, hn::Le(near, far)) << lane;
+  }
+  return entered;
+}
+
+/// Which rays enter a child, one bit each.
+HWY_INLINE unsigned enter(const WideTree::Node& node, std::size_t child, const FloatBundle& bundle) {
+  const Floats d;
+  const float* planes = &node.bounds[0][0] + child;
+  unsigned entered = 0;
+  for (std::size_t lane = 0; lane < bundle_width; lane += hn::Lanes(d)) {
+    const auto near_at = [&](std::size_t axis) HWY_ATTR {
+      return hn::MulAdd(hn::Set(d, planes[bundle.near_row[axis]]), hn::Load(d, bundle.near_inverse[axis] + lane),
+                        hn::Load(d, bundle.near_offset[axis] + lane));
+    };
+    const auto far_at = [&](std::size_t axis) HWY_ATTR {
+      return hn::MulAdd(hn::Set(d, planes[bundle.far_row[axis]]), hn::Load(d, bundle.far_inverse[axis] + lane),
+                        hn::Load(d, bundle.far_offset[axis] + lane));
+    };
+    const auto near = hn::Max(hn::Max(near_at(0), near_at(1)), hn::Max(near_at(2), hn::Zero(d)));
+    const auto far = hn::Min(hn::Min(far_at(0), far_at(1)), hn::Min(far_at(2), hn::Load(d, bundle.limit + lane)));
+    entered |= bits(d, hn::Le(near, far)) << lane;
+  }
+  return entered;
+}
+
+/// Walks with the rays whose bits are set in `alive`, all of one octant; returns those that no visitor ended.
+HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle, bool has_one_start, unsigned alive,
+                                std::array<ToOpaque, bundle_width>& visitors) {
+  struct Part {
+    std::uint32_t child;
+    unsigned rays;
+  };
+  Part stack[WideTree::stack_size];
+  std::size_t count = 0;
+  stack[count++] = {tree.root(), alive};
+  while (count > 0) {
+    const Part part = stack[--count];
+    unsigned rays = part.rays & alive;
+    if (rays == 0) continue;
+    if (WideTree::sort_of(part.child) == WideTree::Sort::node) {
+      const WideTree::Node& node = tree.nodes()[part.child];
+      for (unsigned children = has_one_start ? enter(node, bundle) : 0xff; children != 0; children &= children - 1) {
+        const auto child = static_cast<std::size_t>(std::countr_zero(children));
+        const unsigned entered = enter(node, child, bundle) & rays;
+        if (entered != 0) stack[count++] = {node.child[child], entered};
+      }
+      continue;
+    }
+    for (; rays != 0; rays &= rays - 1) {
+      const int ray = std::countr_zero(rays);
+      if (visit_leaf(tree, part.child, visitors[static_cast<std::size_t>(ray)])) alive &= ~(1u << ray);
+    }
+  }
+  return alive;
+}
+
+unsigned find_opaque_in_bundle(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                               std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
+                               Crossed* crossed) {
+  const auto make = [&](const auto& of_lane) {
+    return [&]<std::size_t... lane>(std::index_sequence<lane...>) {
+      return std::array{of_lane(std::min(lane, rays.size() - 1))...};
+    }
+    (std::make_index_sequence<bundle_width>());
+  };
+  const auto float_rays = make([&](std::size_t i) { return FloatRay(tree, rays[i]); });
+  const auto walks = make([&](std::size_t i) { return Walk{triangles, world, rays[i], float_rays[i], self}; });
+  auto visitors = make([&](std::size_t i) { return ToOpaque(walks[i], limit, crossed[i]); });
+  FloatBundle bundle;
+  for (std::size_t i = 0; i < bundle_width; ++i) bundle.set(i, float_rays[i], visitors[i].limit());
+  unsigned waiting = (1u << rays.size()) - 1, blocked = 0;
+  while (waiting != 0) {
+    const std::size_t* octant = float_rays[static_cast<std::size_t>(std::countr_zero(waiting))].near_row;
+    unsigned alike = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) alike |= float_rays[i].near_row == octant ? 1u << i : 0;
+    alike &= waiting;
+    const bool has_one_start = bundle.choose(float_rays, alike);
+    blocked |= alike & ~walk_bundle(tree, bundle, has_one_start, alike, visitors);
+    waiting &= ~alike;
+  }
+  return blocked;
+}
+
+}  // namespace penumbra::accel::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace penumbra::accel {
+
+HWY_EXPORT(find_opaque);
+HWY_EXPORT(find_opaque_in_bundle);
+
+bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                    const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
+  return HWY_DYNAMIC_DISPATCH(find_opaque)(tree, triangles, world, ray, self, limit, crossed);
+}
+
+unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                        std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
+                        Crossed* crossed) {
+  return HWY_DYNAMIC_DISPATCH(find_opaque_in_bundle)(tree, triangles, world, rays, self, limit, crossed);
+}
+
+}  // namespace penumbra::accel
+#endif
