@@ -45,7 +45,10 @@ void include(const Target& target, int axis, math::Bounds& bounds) {
 
 /// Whether no part of an item that is no patch is in the region, as far as its sphere or box tells.
 bool misses(const HalfSpaces& region, const World& world, const Item& item) {
-  if (item.kind == Kind::sphere && item.placement == not_placed) return region.miss(world.spheres[item.index]);
+  if (item.placement == not_placed) {
+    if (item.kind == Kind::sphere) return region.miss(world.spheres[item.index]);
+    if (item.kind == Kind::cylinder && region.miss(world.cylinders[item.index])) return true;
+  }
   const auto box = bounds_of(world, item);
   return box && region.miss(*box);
 }

@@ -79,6 +79,20 @@ bool HalfSpaces::miss(const geometry::SphereShape& sphere) const {
   });
 }
 
+bool HalfSpaces::miss(const geometry::CylinderShape& cylinder) const {
+  const Vec3 half = cylinder.axis * (cylinder.height * 0.5), centre = cylinder.base + half - base_;
+  const double size = cylinder.height + cylinder.radius;
+  return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
+    // A cap reaches as far as its radius times the normal's share along it. The axis is unit but for rounding.
+    const double along = dot(side.outward, cylinder.axis), across = dot(side.outward, side.outward) - along * along;
+    const double length = side.size.x + side.size.y + side.size.z;
+    const double reach = std::fabs(dot(side.outward, half)) + cylinder.radius * std::sqrt(std::max(0.0, across));
+    const double rounding =
+        gamma(64) * (dot(side.size, abs(centre)) + length * size) + 0x1p-24 * length * cylinder.radius;
+    return dot(side.outward, centre) - reach > side.offset + side.slack + rounding;
+  });
+}
+
 bool HalfSpaces::is_within_limits(const geometry::TriangleVertices& triangle) const {
   return std::all_of(limits_.begin(), limits_.begin() + limit_count_, [&](const Side& side) {
     const auto is_inside = [&](const Vec3& v) {

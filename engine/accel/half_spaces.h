@@ -30,6 +30,7 @@ class HalfSpaces {
   bool miss(const math::Bounds& box) const;
   bool miss(const geometry::TriangleVertices& triangle) const;
   bool miss(const geometry::SphereShape& sphere) const;
+  bool miss(const geometry::CylinderShape& cylinder) const;
   /// For certain.
   bool is_within_limits(const geometry::TriangleVertices& triangle) const;
 

@@ -23,6 +23,7 @@ class Shaft {
   bool misses(const math::Bounds& box) const { return half_spaces().miss(box); }
   bool misses(const geometry::TriangleVertices& triangle) const;
   bool misses(const geometry::SphereShape& sphere) const { return half_spaces().miss(sphere); }
+  bool misses(const geometry::CylinderShape& cylinder) const { return half_spaces().miss(cylinder); }
   bool misses(const geometry::PlaneShape& plane) const;
   bool misses(const geometry::TubeShape& tube) const;
   /// Every segment from the apex into the quadrilateral crosses the triangle.

@@ -67,6 +67,32 @@ TEST_CASE("hulls hold all segments from the cell to the target") {
   CHECK(rejected > round / 2);
 }
 
+TEST_CASE("a cylinder that a segment of the hull touches is not missed, and its box tells less than itself") {
+  test::Random random(13);
+  int touched = 0, missed = 0, missed_by_box = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const accel::Target target = random_target(random, i % 3 == 0);
+    const accel::RoundCell ball{random.in_cube(4), random.between(0.01, 1)};
+    const auto region = hull(ball, target);
+    if (!region) continue;
+    const Vec3 axis = i % 4 == 0 ? Vec3{0, 0, 1} : random.direction();
+    geometry::CylinderShape cylinder{{}, axis, random.between(0.001, 1), random.between(0.001, 4), true};
+    // A point of its surface where a segment of the hull is.
+    const math::Frame frame = math::frame_around(axis);
+    const double turn = random.between(0, 6.3);
+    const Vec3 offset = frame.u * (std::cos(turn) * cylinder.radius) + frame.v * (std::sin(turn) * cylinder.radius);
+    const Vec3 at = on_segment(random, ball.centre + in_ball(random, ball.radius), target);
+    cylinder.base = at - offset - axis * (random.below(3) * 0.5 * cylinder.height);
+    CHECK_FALSE(region->miss(cylinder));
+    ++touched;
+    cylinder.base = random.in_cube(8);
+    missed += region->miss(cylinder) ? 1 : 0;
+    missed_by_box += region->miss(*geometry::bounds_of(cylinder)) ? 1 : 0;
+  }
+  CHECK(touched > 10000);
+  CHECK(missed > missed_by_box);
+}
+
 TEST_CASE("what lies within a hull's limits lies before the target as every point of the cell sees it") {
   test::Random random(12);
   int within = 0;
