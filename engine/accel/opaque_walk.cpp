@@ -11,7 +11,7 @@
 #include <bit>
 #include <utility>
 
-#include "engine/accel/leaf_tests-inl.h"
+#include "engine/accel/ray_tests-inl.h"
 #include "engine/accel/wide_walk.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -1,9 +1,9 @@
 // Compiled once per instruction set, with the file that includes it.
-#if defined(PENUMBRA_ACCEL_LEAF_TESTS) == defined(HWY_TARGET_TOGGLE)
-#ifdef PENUMBRA_ACCEL_LEAF_TESTS
-#undef PENUMBRA_ACCEL_LEAF_TESTS
+#if defined(PENUMBRA_ACCEL_RAY_TESTS) == defined(HWY_TARGET_TOGGLE)
+#ifdef PENUMBRA_ACCEL_RAY_TESTS
+#undef PENUMBRA_ACCEL_RAY_TESTS
 #else
-#define PENUMBRA_ACCEL_LEAF_TESTS
+#define PENUMBRA_ACCEL_RAY_TESTS
 #endif
 
 #include "engine/accel/float_ray-inl.h"
