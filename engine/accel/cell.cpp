@@ -43,7 +43,7 @@ void include(const Target& target, int axis, math::Bounds& bounds) {
   }
 }
 
-/// Whether no part of an item that is no patch is in the region, as far as its sphere or box tells.
+/// Whether no part of an item that is no patch is in the region, as far as its sphere, cylinder or box tells.
 bool misses(const HalfSpaces& region, const World& world, const Item& item) {
   if (item.placement == not_placed) {
     if (item.kind == Kind::sphere) return region.miss(world.spheres[item.index]);

@@ -27,8 +27,6 @@ struct FloatRay {
   // has added to become a t. Roundings go the way that makes a box larger.
   const std::size_t *near_row, *far_row;
   HWY_ALIGN float near_inverse[4], near_offset[4], far_inverse[4], far_offset[4];
-  // The same without an offset: where the ray starts for planes met first and last.
-  HWY_ALIGN float near_origin[4], far_origin[4];
   // For triangles: the shear of geometry::PreparedRay, and the largest error of a sheared coordinate.
   int axis[3];
   HWY_ALIGN float origin[4];
@@ -93,8 +91,6 @@ struct FloatRay {
       hn::Store(near, d, near_inverse + first);
       hn::Store(far, d, far_inverse + first);
       const auto near_at = hn::Add(at, widening), far_at = hn::Sub(at, widening);
-      hn::Store(near_at, d, near_origin + first);
-      hn::Store(far_at, d, far_origin + first);
       hn::Store(hn::Neg(hn::Mul(near_at, near)), d, near_offset + first);
       hn::Store(hn::Neg(hn::Mul(far_at, far)), d, far_offset + first);
       std::uint8_t is_backwards[8]{};

@@ -98,8 +98,6 @@ bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const Wo
 /// Rays side by side that go into the same octant, for boxes: lane by lane what FloatRay has.
 struct FloatBundle {
   const std::size_t *near_row, *far_row;
-  // Where all of them start, and the least and greatest of their reciprocals.
-  float near_origin[3], far_origin[3], near_least[3], near_most[3], far_least[3], far_most[3], limit_of_all;
   alignas(64) float near_inverse[3][bundle_width], near_offset[3][bundle_width];
   alignas(64) float far_inverse[3][bundle_width], far_offset[3][bundle_width], limit[bundle_width];
 
@@ -110,52 +108,7 @@ struct FloatBundle {
     }
     limit[lane] = ray_limit;
   }
-
-  /// To be walked with next: rays of one octant. False if they do not start at one place.
-  bool choose(const std::array<FloatRay, bundle_width>& ray, unsigned chosen) {
-    const FloatRay& first = ray[static_cast<std::size_t>(std::countr_zero(chosen))];
-    near_row = first.near_row, far_row = first.far_row;
-    limit_of_all = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      near_origin[axis] = first.near_origin[axis], far_origin[axis] = first.far_origin[axis];
-      near_least[axis] = far_least[axis] = HUGE_VALF, near_most[axis] = far_most[axis] = -HUGE_VALF;
-    }
-    for (; chosen != 0; chosen &= chosen - 1) {
-      const auto i = static_cast<std::size_t>(std::countr_zero(chosen));
-      limit_of_all = std::max(limit_of_all, limit[i]);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (ray[i].near_origin[axis] != near_origin[axis] || ray[i].far_origin[axis] != far_origin[axis]) return false;
-        near_least[axis] = std::min(near_least[axis], ray[i].near_inverse[axis]);
-        near_most[axis] = std::max(near_most[axis], ray[i].near_inverse[axis]);
-        far_least[axis] = std::min(far_least[axis], ray[i].far_inverse[axis]);
-        far_most[axis] = std::max(far_most[axis], ray[i].far_inverse[axis]);
-      }
-    }
-    return true;
-  }
 };
-
-/// Which children some ray may enter, one bit each.
-HWY_INLINE unsigned enter(const WideTree::Node& node, const FloatBundle& bundle) {
-  const Floats d;
-  unsigned entered = 0;
-  for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
-    const float* planes = &node.bounds[0][0] + lane;
-    const auto near_at = [&](std::size_t axis) HWY_ATTR {
-      const auto way = hn::Sub(hn::Load(d, planes + bundle.near_row[axis]), hn::Set(d, bundle.near_origin[axis]));
-      return hn::Min(hn::Mul(way, hn::Set(d, bundle.near_least[axis])),
-                     hn::Mul(way, hn::Set(d, bundle.near_most[axis])));
-    };
-    const auto far_at = [&](std::size_t axis) HWY_ATTR {
-      const auto way = hn::Sub(hn::Load(d, planes + bundle.far_row[axis]), hn::Set(d, bundle.far_origin[axis]));
-      return hn::Max(hn::Mul(way, hn::Set(d, bundle.far_least[axis])), hn::Mul(way, hn::Set(d, bundle.far_most[axis])));
-    };
-    const auto near = hn::Max(hn::Max(near_at(0), near_at(1)), hn::Max(near_at(2), hn::Zero(d)));
-    const auto far = hn::Min(hn::Min(far_at(0), far_at(1)), hn::Min(far_at(2), hn::Set(d, bundle.limit_of_all)));
-    entered |= bits(d, hn::Le(near, far)) << lane;
-  }
-  return entered;
-}
 
 /// Which rays enter a child, one bit each.
 HWY_INLINE unsigned enter(const WideTree::Node& node, std::size_t child, const FloatBundle& bundle) {
@@ -179,7 +132,7 @@ HWY_INLINE unsigned enter(const WideTree::Node& node, std::size_t child, const F
 }
 
 /// Walks with the rays whose bits are set in `alive`, all of one octant; returns those that no visitor ended.
-HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle, bool has_one_start, unsigned alive,
+HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle, unsigned alive,
                                 std::array<ToOpaque, bundle_width>& visitors) {
   struct Part {
     std::uint32_t child;
@@ -194,8 +147,7 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle,
     if (rays == 0) continue;
     if (WideTree::sort_of(part.child) == WideTree::Sort::node) {
       const WideTree::Node& node = tree.nodes()[part.child];
-      for (unsigned children = has_one_start ? enter(node, bundle) : 0xff; children != 0; children &= children - 1) {
-        const auto child = static_cast<std::size_t>(std::countr_zero(children));
+      for (std::size_t child = 0; child < WideTree::width; ++child) {
         const unsigned entered = enter(node, child, bundle) & rays;
         if (entered != 0) stack[count++] = {node.child[child], entered};
       }
@@ -225,12 +177,12 @@ unsigned find_opaque_in_bundle(const WideTree& tree, const OwnedTriangles& trian
   for (std::size_t i = 0; i < bundle_width; ++i) bundle.set(i, float_rays[i], visitors[i].limit());
   unsigned waiting = (1u << rays.size()) - 1, blocked = 0;
   while (waiting != 0) {
-    const std::size_t* octant = float_rays[static_cast<std::size_t>(std::countr_zero(waiting))].near_row;
+    const FloatRay& first = float_rays[static_cast<std::size_t>(std::countr_zero(waiting))];
+    bundle.near_row = first.near_row, bundle.far_row = first.far_row;
     unsigned alike = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) alike |= float_rays[i].near_row == octant ? 1u << i : 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) alike |= float_rays[i].near_row == first.near_row ? 1u << i : 0;
     alike &= waiting;
-    const bool has_one_start = bundle.choose(float_rays, alike);
-    blocked |= alike & ~walk_bundle(tree, bundle, has_one_start, alike, visitors);
+    blocked |= alike & ~walk_bundle(tree, bundle, alike, visitors);
     waiting &= ~alike;
   }
   return blocked;

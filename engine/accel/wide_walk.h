@@ -73,7 +73,7 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
                     const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed);
 
 /// The same of up to bundle_width rays at once, which all leave `self`; `crossed` for each. Returns the rays that met
-/// something opaque, one bit each: for the same answers as one by one.
+/// something opaque, one bit each; one by one they would.
 unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                         std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
                         Crossed* crossed);

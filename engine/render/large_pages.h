@@ -7,8 +7,8 @@
 
 namespace penumbra::render {
 
-/// Memory in pages of 2 MiB, where the system has them to give and so much is wanted: a picture's own pages, touched
-/// one by one, cost as much time as a tenth of a quick render.
+/// Memory in pages of 2 MiB, where the system has them to give and so much is wanted: to touch a picture's pages of
+/// 4 KiB one by one takes longer than a picture of nothing.
 template <class T>
 struct LargePages {
   using value_type = T;

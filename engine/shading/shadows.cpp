@@ -13,7 +13,7 @@ namespace {
 using math::dot;
 
 /// Where silhouettes have more edges than this, rays to as many points of the disc as the chords are worth cost less;
-/// and sooner where triangles are much finer than pixels, and no point is like the next.
+/// and sooner where triangles are finer than pixels, and no point is like the next.
 constexpr std::size_t edges_per_chord = 32, fine_edges_per_chord = 4;
 
 /// Modelled as `constant`·s(1 − s) / `count_to_the_power`, where s is the share that gets through. That `count` samples
@@ -202,7 +202,7 @@ void Shadows::sample(const ShadingPoint& at, const Vec3& axis, const Vec3& u, co
       if (dot(at.facing, bundle_[k].direction) < 0) result = result * own_surface(at);
     }
     counters_.shadow += size;
-    counters_.shadow_rays_bundled += size - 1;
+    if (scene_.world.structure.wide) counters_.shadow_rays_bundled += size - 1;
     size = 0;
   };
   for (const int i : spiral.around()) {
