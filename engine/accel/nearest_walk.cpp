@@ -11,7 +11,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/accel/ray_tests-inl.h"
+#include "engine/accel/ray_bundle-inl.h"
 #include "engine/accel/wide_walk.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -24,12 +24,11 @@ struct Pending {
   float near;
 };
 
-/// Visits what the ray may meet before `visitor.limit()`, roughly nearest first.
+/// Visits what of `current` the ray may meet before `visitor.limit()`, roughly nearest first.
 template <class Visitor>
-HWY_INLINE void walk_in_order(const WideTree& tree, const FloatRay& ray, Visitor& visitor) {
+HWY_INLINE void walk_in_order(const WideTree& tree, std::uint32_t current, const FloatRay& ray, Visitor& visitor) {
   Pending stack[WideTree::stack_size];
   std::size_t count = 0;
-  std::uint32_t current = tree.root();
   while (true) {
     if (WideTree::sort_of(current) == WideTree::Sort::node) {
       const WideTree::Node& node = tree.nodes()[current];
@@ -135,8 +134,74 @@ void find_nearest(const WideTree& tree, const OwnedTriangles& triangles, const W
   const FloatRay float_ray(tree, ray);
   const Walk context{triangles, world, ray, float_ray, self};
   ToNearest visitor(context, nearest);
-  walk_in_order(tree, float_ray, visitor);
+  walk_in_order(tree, tree.root(), float_ray, visitor);
   visitor.decide();
+}
+
+/// The rays that have not yet met something for certain before t.
+HWY_INLINE unsigned reaching(float t, const FloatBundle& bundle) {
+  const Floats d;
+  unsigned rays = 0;
+  for (std::size_t lane = 0; lane < bundle_width; lane += hn::Lanes(d))
+    rays |= bits(d, hn::Ge(hn::Load(d, bundle.limit + lane), hn::Set(d, t))) << lane;
+  return rays;
+}
+
+/// As walk_in_order, with the rays whose bits are set, all of one octant. One that is left alone goes on alone.
+HWY_INLINE void walk_bundle_in_order(const WideTree& tree, const std::array<FloatRay, bundle_width>& float_rays,
+                                     FloatBundle& bundle, unsigned all, std::array<ToNearest, bundle_width>& visitors) {
+  struct Part {
+    std::uint32_t child;
+    unsigned rays;
+    float near;
+  };
+  Part stack[WideTree::stack_size];
+  std::size_t count = 0;
+  stack[count++] = {tree.root(), all, 0};
+  while (count > 0) {
+    const Part part = stack[--count];
+    unsigned rays = part.rays & reaching(part.near, bundle);
+    if (rays == 0) continue;
+    if (std::has_single_bit(rays)) {
+      const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
+      walk_in_order(tree, part.child, float_rays[ray], visitors[ray]);
+      bundle.limit[ray] = visitors[ray].limit();
+      continue;
+    }
+    if (WideTree::sort_of(part.child) == WideTree::Sort::node) {
+      const WideTree::Node& node = tree.nodes()[part.child];
+      const std::size_t first = count;
+      for (std::size_t child = 0; child < WideTree::width; ++child) {
+        float near;
+        const unsigned entered = enter<true>(node, child, bundle, &near) & rays;
+        if (entered == 0) continue;
+        std::size_t place = count++;
+        for (; place > first && stack[place - 1].near < near; --place) stack[place] = stack[place - 1];
+        stack[place] = {node.child[child], entered, near};
+      }
+      continue;
+    }
+    for (; rays != 0; rays &= rays - 1) {
+      const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
+      visit_leaf(tree, part.child, visitors[ray]);
+      bundle.limit[ray] = visitors[ray].limit();
+    }
+  }
+}
+
+void find_nearest_of_bundle(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                            std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest) {
+  const std::size_t count = rays.size();
+  const auto float_rays = for_each_lane(count, [&](std::size_t i) { return FloatRay(tree, rays[i]); });
+  const auto walks = for_each_lane(count, [&](std::size_t i) {
+    return Walk{triangles, world, rays[i], float_rays[i], self};
+  });
+  auto visitors = for_each_lane(count, [&](std::size_t i) { return ToNearest(walks[i], nearest[i]); });
+  FloatBundle bundle;
+  for (std::size_t i = 0; i < bundle_width; ++i) bundle.set(i, float_rays[i], visitors[i].limit());
+  for_each_octant(float_rays, count, bundle,
+                  [&](unsigned alike) { walk_bundle_in_order(tree, float_rays, bundle, alike, visitors); });
+  for (std::size_t i = 0; i < count; ++i) visitors[i].decide();
 }
 
 }  // namespace penumbra::accel::HWY_NAMESPACE
@@ -146,10 +211,16 @@ HWY_AFTER_NAMESPACE();
 namespace penumbra::accel {
 
 HWY_EXPORT(find_nearest);
+HWY_EXPORT(find_nearest_of_bundle);
 
 void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                      const geometry::PreparedRay& ray, const SurfaceId& self, Nearest& nearest) {
   HWY_DYNAMIC_DISPATCH(find_nearest)(tree, triangles, world, ray, self, nearest);
+}
+
+void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                     std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest) {
+  HWY_DYNAMIC_DISPATCH(find_nearest_of_bundle)(tree, triangles, world, rays, self, nearest);
 }
 
 }  // namespace penumbra::accel

@@ -7,11 +7,9 @@
 // clang-format on
 
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <utility>
 
-#include "engine/accel/ray_tests-inl.h"
+#include "engine/accel/ray_bundle-inl.h"
 #include "engine/accel/wide_walk.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -95,42 +93,6 @@ bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const Wo
   return walk_to_end(tree, float_ray, visitor);
 }
 
-/// Rays side by side that go into the same octant, for boxes: lane by lane what FloatRay has.
-struct FloatBundle {
-  const std::size_t *near_row, *far_row;
-  alignas(64) float near_inverse[3][bundle_width], near_offset[3][bundle_width];
-  alignas(64) float far_inverse[3][bundle_width], far_offset[3][bundle_width], limit[bundle_width];
-
-  void set(std::size_t lane, const FloatRay& ray, float ray_limit) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      near_inverse[axis][lane] = ray.near_inverse[axis], near_offset[axis][lane] = ray.near_offset[axis];
-      far_inverse[axis][lane] = ray.far_inverse[axis], far_offset[axis][lane] = ray.far_offset[axis];
-    }
-    limit[lane] = ray_limit;
-  }
-};
-
-/// Which rays enter a child, one bit each.
-HWY_INLINE unsigned enter(const WideTree::Node& node, std::size_t child, const FloatBundle& bundle) {
-  const Floats d;
-  const float* planes = &node.bounds[0][0] + child;
-  unsigned entered = 0;
-  for (std::size_t lane = 0; lane < bundle_width; lane += hn::Lanes(d)) {
-    const auto near_at = [&](std::size_t axis) HWY_ATTR {
-      return hn::MulAdd(hn::Set(d, planes[bundle.near_row[axis]]), hn::Load(d, bundle.near_inverse[axis] + lane),
-                        hn::Load(d, bundle.near_offset[axis] + lane));
-    };
-    const auto far_at = [&](std::size_t axis) HWY_ATTR {
-      return hn::MulAdd(hn::Set(d, planes[bundle.far_row[axis]]), hn::Load(d, bundle.far_inverse[axis] + lane),
-                        hn::Load(d, bundle.far_offset[axis] + lane));
-    };
-    const auto near = hn::Max(hn::Max(near_at(0), near_at(1)), hn::Max(near_at(2), hn::Zero(d)));
-    const auto far = hn::Min(hn::Min(far_at(0), far_at(1)), hn::Min(far_at(2), hn::Load(d, bundle.limit + lane)));
-    entered |= bits(d, hn::Le(near, far)) << lane;
-  }
-  return entered;
-}
-
 /// Walks with the rays whose bits are set in `alive`, all of one octant; returns those that no visitor ended.
 HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle, unsigned alive,
                                 std::array<ToOpaque, bundle_width>& visitors) {
@@ -148,7 +110,7 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle,
     if (WideTree::sort_of(part.child) == WideTree::Sort::node) {
       const WideTree::Node& node = tree.nodes()[part.child];
       for (std::size_t child = 0; child < WideTree::width; ++child) {
-        const unsigned entered = enter(node, child, bundle) & rays;
+        const unsigned entered = enter<false>(node, child, bundle, nullptr) & rays;
         if (entered != 0) stack[count++] = {node.child[child], entered};
       }
       continue;
@@ -164,27 +126,17 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle,
 unsigned find_opaque_in_bundle(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                                std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
                                Crossed* crossed) {
-  const auto make = [&](const auto& of_lane) {
-    return [&]<std::size_t... lane>(std::index_sequence<lane...>) {
-      return std::array{of_lane(std::min(lane, rays.size() - 1))...};
-    }
-    (std::make_index_sequence<bundle_width>());
-  };
-  const auto float_rays = make([&](std::size_t i) { return FloatRay(tree, rays[i]); });
-  const auto walks = make([&](std::size_t i) { return Walk{triangles, world, rays[i], float_rays[i], self}; });
-  auto visitors = make([&](std::size_t i) { return ToOpaque(walks[i], limit, crossed[i]); });
+  const std::size_t count = rays.size();
+  const auto float_rays = for_each_lane(count, [&](std::size_t i) { return FloatRay(tree, rays[i]); });
+  const auto walks = for_each_lane(count, [&](std::size_t i) {
+    return Walk{triangles, world, rays[i], float_rays[i], self};
+  });
+  auto visitors = for_each_lane(count, [&](std::size_t i) { return ToOpaque(walks[i], limit, crossed[i]); });
   FloatBundle bundle;
   for (std::size_t i = 0; i < bundle_width; ++i) bundle.set(i, float_rays[i], visitors[i].limit());
-  unsigned waiting = (1u << rays.size()) - 1, blocked = 0;
-  while (waiting != 0) {
-    const FloatRay& first = float_rays[static_cast<std::size_t>(std::countr_zero(waiting))];
-    bundle.near_row = first.near_row, bundle.far_row = first.far_row;
-    unsigned alike = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) alike |= float_rays[i].near_row == first.near_row ? 1u << i : 0;
-    alike &= waiting;
-    blocked |= alike & ~walk_bundle(tree, bundle, alike, visitors);
-    waiting &= ~alike;
-  }
+  unsigned blocked = 0;
+  for_each_octant(float_rays, count, bundle,
+                  [&](unsigned alike) { blocked |= alike & ~walk_bundle(tree, bundle, alike, visitors); });
   return blocked;
 }
 

@@ -175,6 +175,23 @@ std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit)
   return nearest.hit;
 }
 
+void closest_hits(const World& world, std::span<const PreparedRay> rays, const SurfaceId& self,
+                  std::optional<Hit>* hits) {
+  std::array<Nearest, bundle_width> nearest;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    nearest[i].limit = HUGE_VAL;
+    for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, rays[i], self, nearest[i]);
+  }
+  const OwnedTriangles owned(world);
+  if (world.structure.wide) {
+    walk_to_nearest(*world.structure.wide, owned, world, rays, self, nearest.data());
+  } else {
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      find_nearest(world.structure, owned, world, rays[i], self, nearest[i]);
+  }
+  for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = nearest[i].hit;
+}
+
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed) {
   return cross(world, PreparedRay(ray.origin, ray.direction), ray.self, limit, crossed);
 }

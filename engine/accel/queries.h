@@ -27,6 +27,12 @@ struct Hit {
 std::optional<Hit> closest_hit(const World& world, const Ray& ray,
                                double limit = std::numeric_limits<double>::infinity());
 
+/// The same of up to bundle_width rays at once that leave `self`, with a place for each to find: rays that lie close
+/// together and go into one octant share most of the way through the structure.
+inline constexpr std::size_t bundle_width = 8;
+void closest_hits(const World& world, std::span<const geometry::PreparedRay> rays, const SurfaceId& self,
+                  std::optional<Hit>* hits);
+
 /// Position, normals and error bound at a hit of this ray.
 geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit& hit);
 
@@ -45,9 +51,8 @@ class Crossed {
 /// Finds every crossing with 0 < t < limit of transparent items; stops and returns false at the first opaque one.
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed);
 
-/// The same of up to bundle_width rays at once that leave `self`, with a list for each: rays that lie close together
-/// and go into one octant share most of the way. Returns those that met nothing opaque, one bit each.
-inline constexpr std::size_t bundle_width = 8;
+/// The same of a bundle, as for closest_hits, with a list for each ray. Returns those that met nothing opaque, one bit
+/// each.
 unsigned cross_transparent(const World& world, std::span<const geometry::PreparedRay> rays, const SurfaceId& self,
                            double limit, Crossed* crossed);
 

@@ -72,7 +72,10 @@ void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, cons
 bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                     const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed);
 
-/// The same of up to bundle_width rays at once, which all leave `self`; `crossed` for each. Returns the rays that met
+/// The same of up to bundle_width rays at once, which all leave `self`, with a place for each to find.
+void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
+                     std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest);
+/// Returns the rays that met
 /// something opaque, one bit each; one by one they would.
 unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                         std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,

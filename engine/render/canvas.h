@@ -20,7 +20,7 @@ class Canvas {
 
   /// `backdrop`, if any, shows where no tile is done yet; it must be as large.
   Canvas(int width, int height, std::shared_ptr<const Canvas> backdrop = nullptr)
-      : film_(width, height),
+      : film_(std::make_shared<Film>(Film::unwritten(width, height))),
         backdrop_(std::move(backdrop)),
         columns_((width + tile_edge - 1) / tile_edge),
         rows_((height + tile_edge - 1) / tile_edge),
@@ -29,19 +29,21 @@ class Canvas {
   int tile_count() const { return columns_ * rows_; }
   Tile tile(int index) const {
     const int left = index % columns_ * tile_edge, top = index / columns_ * tile_edge;
-    return {left, top, std::min(left + tile_edge, film_.width), std::min(top + tile_edge, film_.height)};
+    return {left, top, std::min(left + tile_edge, film_->width), std::min(top + tile_edge, film_->height)};
   }
   void set(int column, int row, const math::Color& color) {
-    float* rgb = film_.rgb.data() + film_.offset(column, row);
+    float* rgb = film_->rgb.data() + film_->offset(column, row);
     rgb[0] = static_cast<float>(color.r), rgb[1] = static_cast<float>(color.g), rgb[2] = static_cast<float>(color.b);
   }
   void mark_done(int index) { is_done_[static_cast<std::size_t>(index)].store(true, std::memory_order_release); }
 
   /// A copy of the tiles that are done; the rest is the backdrop's, or black.
   Film done_tiles() const;
+  /// The same, without a copy once all tiles are done: nothing is written any more.
+  std::shared_ptr<const Film> film() const;
 
  private:
-  Film film_;
+  std::shared_ptr<Film> film_;
   std::shared_ptr<const Canvas> backdrop_;
   int columns_, rows_;
   std::unique_ptr<std::atomic<bool>[]> is_done_;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+#include <utility>
 
 namespace penumbra::render {
 
@@ -27,6 +28,15 @@ struct LargePages {
     return static_cast<T*>(memory);
   }
   void deallocate(T* memory, std::size_t) { std::free(memory); }
+  /// Without a value, nothing is written.
+  template <class U, class... Values>
+  void construct(U* at, Values&&... values) {
+    if constexpr (sizeof...(values) == 0) {
+      ::new (static_cast<void*>(at)) U;
+    } else {
+      ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
+    }
+  }
   bool operator==(const LargePages&) const = default;
 };
 

@@ -1,8 +1,10 @@
 #include "engine/render/refine.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace penumbra::render {
 namespace {
@@ -19,6 +21,13 @@ double squared_error(const Color& value, const Color& variance) {
     return v - 3 * std::sqrt(variance_of_v) > 1 ? 0 : variance_of_v;
   };
   return channel(value.r, variance.r) + channel(value.g, variance.g) + channel(value.b, variance.b);
+}
+
+/// What `of_lane` makes of each place in a bundle.
+template <class OfLane>
+auto for_each_lane(const OfLane& of_lane) {
+  return [&]<std::size_t... lane>(std::index_sequence<lane...>) { return std::array{of_lane(lane)...}; }
+  (std::make_index_sequence<accel::bundle_width>());
 }
 
 }  // namespace
@@ -42,7 +51,7 @@ std::vector<Pass> plan_passes(const scene::Options& options) {
 }
 
 PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options,
-                           const Pass& pass, const shading::Switches& switches)
+                           const Pass& pass, const Switches& switches)
     : scene_(scene),
       camera_(camera),
       options_(options),
@@ -67,10 +76,24 @@ std::optional<math::Color> PixelSampler::background_of(const Canvas::Tile& tile)
   return scene_.background;
 }
 
-PixelSampler::Pixel PixelSampler::sample(int column, int row, shading::Integrator& integrator) const {
+void PixelSampler::sample(int column, int row, std::span<Pixel> pixels, shading::Integrator& integrator) const {
+  if (stride_ > 1 || samples_per_pixel_ > 1 || camera_.has_lens() || !switches_.camera_bundles) {
+    for (Pixel& pixel : pixels) pixel = sample_block(column++, row, integrator);
+    return;
+  }
+  const auto rays = for_each_lane([&](std::size_t i) { return centre_ray(column + static_cast<int>(i), row); });
+  const auto prepared =
+      for_each_lane([&](std::size_t i) { return geometry::PreparedRay(rays[i].origin, rays[i].direction); });
+  std::array<std::optional<accel::Hit>, accel::bundle_width> hits;
+  integrator.camera_hits(std::span(prepared).first(pixels.size()), hits.data());
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    pixels[i] = with_centre_ray(column + static_cast<int>(i), row, rays[i], hits[i], integrator);
+}
+
+PixelSampler::Pixel PixelSampler::sample_block(int column, int row, shading::Integrator& integrator) const {
   Pixel pixel = sample_one(column, row, integrator);
   if (stride_ > 1) {
-    // It stands for its whole block: another pixel of the block shows what that costs.
+    // Another pixel of the block shows what it costs that one stands for all.
     const sampling::Key place = pixel_key(column, row).at(block_place);
     const auto away = [&](int axis) { return static_cast<int>(place.uniform(axis) * stride_) - stride_ / 2; };
     const Color other = sample_one(column + away(0), row + away(1), integrator).color;
@@ -85,35 +108,46 @@ PixelSampler::Pixel PixelSampler::sample(int column, int row, shading::Integrato
 }
 
 PixelSampler::Pixel PixelSampler::sample_one(int column, int row, shading::Integrator& integrator) const {
-  return samples_per_pixel_ > 1 ? with_camera_samples(column, row, integrator)
-                                : with_one_camera_ray(column, row, integrator);
+  if (samples_per_pixel_ > 1) return with_camera_samples(column, row, integrator);
+  if (camera_.has_lens()) return with_lens(column, row, integrator);
+  const geometry::Ray ray = centre_ray(column, row);
+  return with_centre_ray(column, row, ray, accel::closest_hit(scene_.world, ray), integrator);
 }
 
 sampling::Key PixelSampler::pixel_key(int column, int row) const {
   return sampling::Key(options_.seed).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
 }
 
-PixelSampler::Pixel PixelSampler::with_one_camera_ray(int column, int row, shading::Integrator& integrator) const {
-  const sampling::Key key = pixel_key(column, row);
-  const auto trace = [&](std::uint32_t index, const shading::DiscSampling& sampling) {
-    const sampling::Point2 lens =
-        camera_.has_lens() ? square_to_disc(sampling::sobol_owen(index, key.at(lens_place))) : sampling::Point2{0, 0};
-    return integrator.trace(camera_.ray(column + 0.5, row + 0.5, lens), sampling, key.at(first_sample_place + index));
-  };
+template <class Trace>
+PixelSampler::Pixel PixelSampler::refined(const Trace& trace) const {
   Pixel pixel;
   for (const shading::DiscSampling& sampling : samplings_) {
-    const auto sample = trace(0, sampling);
+    const shading::Integrator::Sample sample = trace(sampling);
     pixel = {sample.radiance, squared_error(sample.radiance, sample.variance.measured)};
     if (is_good_enough(sample.variance)) break;
   }
-  if (camera_.has_lens()) {
-    // One point of the lens cannot tell how the others differ. A second ray of some pixels does, for all of them.
-    const bool is_checked = key.bits() % pixels_per_lens_check == 0;
-    pixel.squared_error = 0;
-    if (is_checked) {
-      const Color apart = trace(1, samplings_.back()).radiance - pixel.color;
-      pixel.squared_error = pixels_per_lens_check * squared_error(pixel.color, apart * apart * 0.5);
-    }
+  return pixel;
+}
+
+PixelSampler::Pixel PixelSampler::with_centre_ray(int column, int row, const geometry::Ray& ray,
+                                                  const std::optional<accel::Hit>& hit,
+                                                  shading::Integrator& integrator) const {
+  const sampling::Key key = pixel_key(column, row).at(first_sample_place);
+  return refined([&](const shading::DiscSampling& sampling) { return integrator.trace(ray, hit, sampling, key); });
+}
+
+PixelSampler::Pixel PixelSampler::with_lens(int column, int row, shading::Integrator& integrator) const {
+  const sampling::Key key = pixel_key(column, row);
+  const auto trace = [&](std::uint32_t index, const shading::DiscSampling& sampling) {
+    const sampling::Point2 lens = square_to_disc(sampling::sobol_owen(index, key.at(lens_place)));
+    return integrator.trace(camera_.ray(column + 0.5, row + 0.5, lens), sampling, key.at(first_sample_place + index));
+  };
+  Pixel pixel = refined([&](const shading::DiscSampling& sampling) { return trace(0, sampling); });
+  // One point of the lens cannot tell how the others differ. A second ray of some pixels does, for all of them.
+  pixel.squared_error = 0;
+  if (key.bits() % pixels_per_lens_check == 0) {
+    const Color apart = trace(1, samplings_.back()).radiance - pixel.color;
+    pixel.squared_error = pixels_per_lens_check * squared_error(pixel.color, apart * apart * 0.5);
   }
   return pixel;
 }

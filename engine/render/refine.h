@@ -1,10 +1,12 @@
 #pragma once
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
+#include "engine/render/switches.h"
 #include "engine/scene/options.h"
 #include "engine/shading/integrator.h"
 
@@ -24,14 +26,15 @@ std::vector<Pass> plan_passes(const scene::Options& options);
 class PixelSampler {
  public:
   PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options, const Pass& pass,
-               const shading::Switches& switches);
+               const Switches& switches);
 
   struct Pixel {
     math::Color color;
     double squared_error = 0;  // estimated, summed over the channels; 0 where clamping hides it
   };
-  /// Depends on seed, pixel and pass alone.
-  Pixel sample(int column, int row, shading::Integrator& integrator) const;
+  /// Fills in up to accel::bundle_width pixels side by side, of which `column` is the first. Each depends on seed,
+  /// place and pass alone.
+  void sample(int column, int row, std::span<Pixel> pixels, shading::Integrator& integrator) const;
 
   /// The color of every pixel of the tile, if it shows nothing but the background for certain.
   std::optional<math::Color> background_of(const Canvas::Tile& tile) const;
@@ -50,8 +53,17 @@ class PixelSampler {
   Attempt attempt(const sampling::Key& key, int column, int row, const shading::DiscSampling& sampling,
                   shading::Integrator& integrator) const;
   sampling::Key pixel_key(int column, int row) const;
+  /// One pixel, for its whole block.
+  Pixel sample_block(int column, int row, shading::Integrator& integrator) const;
   Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
-  Pixel with_one_camera_ray(int column, int row, shading::Integrator& integrator) const;
+  Pixel with_lens(int column, int row, shading::Integrator& integrator) const;
+  geometry::Ray centre_ray(int column, int row) const { return camera_.ray(column + 0.5, row + 0.5, {0, 0}); }
+  /// The ray through the pixel's centre meets `hit`.
+  Pixel with_centre_ray(int column, int row, const geometry::Ray& ray, const std::optional<accel::Hit>& hit,
+                        shading::Integrator& integrator) const;
+  /// With more and more shadow samples, as trace(sampling) finds them, until they are good enough.
+  template <class Trace>
+  Pixel refined(const Trace& trace) const;
   /// Whether `target_error` allows to stop here.
   bool is_good_enough(const shading::Variance& variance) const;
 
@@ -59,7 +71,7 @@ class PixelSampler {
   const Camera& camera_;
   scene::Options options_;
   int stride_, samples_per_pixel_;
-  shading::Switches switches_;
+  Switches switches_;
   std::vector<shading::DiscSampling> samplings_;  // ascending counts; the last is the cap
 };
 

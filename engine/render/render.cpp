@@ -23,6 +23,7 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::uint64_t merged_lights,
                                              std::uint64_t empty_tiles) {
   return {{"area_samples_exact", c.area_samples_exact},
+          {"camera_rays_bundled", c.camera_rays_bundled},
           {"empty_tiles", empty_tiles},
           {"hidden_spheres", c.hidden_spheres},
           {"lights_facing_away", c.lights_facing_away},
@@ -57,14 +58,24 @@ bool paint(const Canvas::Tile& tile, int stride, const PixelSampler& sampler, co
   }
   shading::Integrator integrator = sampler.integrator(is_stopped);
   double squared_error = 0;
+  // One pixel for each block of several, or some side by side.
+  std::array<PixelSampler::Pixel, accel::bundle_width> pixels;
+  const int step = stride > 1 ? stride : int{accel::bundle_width};
   for (int row = tile.top; row < tile.bottom && !is_stopped(); row += stride) {
-    for (int column = tile.left; column < tile.right; column += stride) {
-      const int right = std::min(column + stride, tile.right), bottom = std::min(row + stride, tile.bottom);
-      const PixelSampler::Pixel pixel = sampler.sample((column + right - 1) / 2, (row + bottom - 1) / 2, integrator);
-      for (int y = row; y < bottom; ++y) {
-        for (int x = column; x < right; ++x) canvas.set(x, y, pixel.color);
+    for (int column = tile.left; column < tile.right; column += step) {
+      const int right = std::min(column + step, tile.right), bottom = std::min(row + stride, tile.bottom);
+      if (stride > 1) {
+        sampler.sample((column + right - 1) / 2, (row + bottom - 1) / 2, std::span(pixels).first(1), integrator);
+      } else {
+        sampler.sample(column, row, std::span(pixels).first(static_cast<std::size_t>(right - column)), integrator);
       }
-      squared_error += pixel.squared_error * (right - column) * (bottom - row);
+      for (int y = row; y < bottom; ++y) {
+        for (int x = column; x < right; ++x) {
+          const PixelSampler::Pixel& pixel = pixels[stride > 1 ? 0 : static_cast<std::size_t>(x - column)];
+          canvas.set(x, y, pixel.color);
+          squared_error += pixel.squared_error;
+        }
+      }
     }
   }
   record.counters += integrator.counters();
@@ -133,7 +144,7 @@ std::optional<Picture> render(const scene::Description& description, const scene
     empty_tiles += record.empty_tiles;
   }
   picture.stats.estimated_error = std::sqrt(squared_error / (3.0 * options.width * options.height));
-  picture.film = canvas->done_tiles();
+  picture.film = canvas->film();
   picture.stats.render_s = seconds_since(render_start);
   picture.stats.rays = {counters.camera, counters.shadow, counters.reflection, counters.transmission};
   picture.stats.skipped = skipped(counters, compiled.merged_lights, empty_tiles);

@@ -31,4 +31,11 @@ class Key {
   std::uint64_t state_;
 };
 
+/// A place inside a key, whose own key is only made when it is wanted.
+struct Place {
+  const Key& of;
+  std::uint64_t name;
+  Key key() const { return of.at(name); }
+};
+
 }  // namespace penumbra::sampling

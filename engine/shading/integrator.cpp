@@ -54,16 +54,26 @@ Integrator::Integrator(const Scene& scene, const IntegratorSettings& settings, c
     : scene_(scene), settings_(settings), is_canceled_(is_canceled), shadows_(scene, settings_.switches, counters_) {}
 
 Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key) {
+  return trace(ray, accel::closest_hit(scene_.world, ray), sampling, key);
+}
+
+void Integrator::camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits) {
+  accel::closest_hits(scene_.world, rays, {}, hits);
+  if (scene_.world.structure.wide) counters_.camera_rays_bundled += rays.size() - 1;
+}
+
+Integrator::Sample Integrator::trace(const geometry::Ray& ray, const std::optional<accel::Hit>& hit,
+                                     const DiscSampling& sampling, const sampling::Key& key) {
   sampling_ = &sampling;
   variance_ = {};
   ++counters_.camera;
-  const Color value = radiance(ray, {}, key);
+  const Color value = radiance(ray, hit, {}, key);
   return {value, variance_};
 }
 
-Color Integrator::radiance(const geometry::Ray& ray, const Path& path, const sampling::Key& key) {
+Color Integrator::radiance(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const Path& path,
+                           const sampling::Key& key) {
   if (is_canceled_()) return math::black;
-  const std::optional<accel::Hit> hit = accel::closest_hit(scene_.world, ray);
   if (!hit) return scene_.background;
   ShadingPoint at;
   at.surface = accel::surface_at(scene_.world, ray, *hit);
@@ -86,7 +96,7 @@ Color Integrator::direct(const ShadingPoint& at, const Color& weight, const samp
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
     sum += std::visit(
         [&](const auto& light) {
-          return lit_by(light, at, weight, {i, key.at(first_light + i)});
+          return lit_by(light, at, weight, {i, {key, first_light + i}});
         },
         scene_.lights[i]);
   }
@@ -124,10 +134,7 @@ Color Integrator::lit_by(const DiscLight& light, const ShadingPoint& at, const C
   if (is_skipped(math::is_black(share), counters_.lights_without_effect)) return math::black;
   shadows_.aim(at, place.index, {light.position, light.radius}, light.radius > 0);
   if (light.radius == 0) return filtered(share, shadows_.transmittance(at, towards, 1));
-  const math::Frame frame = math::frame_around(l);
-  return visible(share,
-                 shadows_.disc(at, towards, frame.u * light.radius, frame.v * light.radius, 1, *sampling_, place.key),
-                 weight);
+  return visible(share, shadows_.disc(at, {towards, l, light.radius}, *sampling_, place.samples), weight);
 }
 
 Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight,
@@ -138,11 +145,8 @@ Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, cons
   if (is_skipped(math::is_black(share), counters_.lights_without_effect)) return math::black;
   shadows_.aim(at, place.index, {towards, light.tangent, true}, light.tangent > 0);
   if (light.tangent == 0) return filtered(share, shadows_.transmittance(at, towards, HUGE_VAL));
-  const math::Frame frame = math::frame_around(towards);
-  return visible(
-      share,
-      shadows_.disc(at, towards, frame.u * light.tangent, frame.v * light.tangent, HUGE_VAL, *sampling_, place.key),
-      weight);
+  const SeenDisc disc{towards, towards, light.tangent, true};
+  return visible(share, shadows_.disc(at, disc, *sampling_, place.samples), weight);
 }
 
 template <class SampleFunction>
@@ -200,8 +204,9 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   // The light often lies in a surface of the scene (a lamp in a ceiling): its samples sit that much in front of it.
   const Vec3 lifted = light.normal * (math::gamma(32) * dot(math::abs(light.normal),
                                                             math::abs(light.corner) + math::abs(at.surface.position)));
+  const sampling::Key key = place.samples.key();
   const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
-    const sampling::Point2 square = sampling::sobol_owen(i, place.key);
+    const sampling::Point2 square = sampling::sobol_owen(i, key);
     const Vec3 towards =
         (seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y) + lifted;
     if (!is_on_viewers_side(at, towards)) return math::black;
@@ -249,8 +254,9 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
                           std::fabs(projected_solid_angle(axis, light.radius, at.surface.shading_normal)));
     if (math::is_black(at.material->specular)) return exact;
   }
+  const sampling::Key key = place.samples.key();
   const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
-    const sampling::Point2 square = sampling::sobol_owen(i, place.key);
+    const sampling::Point2 square = sampling::sobol_owen(i, key);
     Vec3 towards;
     if (cone) {
       towards = point_in_cone(*cone, square);
@@ -292,19 +298,24 @@ Color Integrator::secondary(const ShadingPoint& at, const Path& path, const samp
     }
   }
   Color result;
-  const auto follow = [&](const Color& factor, const Vec3& direction, std::uint64_t which, std::uint64_t& counter) {
-    const Color weight = path.weight * factor;
+  const auto follow = [&](const Color& factor, const auto& towards, std::uint64_t which, std::uint64_t& counter) {
     if (math::is_black(factor)) return;
+    const Color weight = path.weight * factor;
     if (math::max_channel(weight) < settings_.min_contribution) {
       ++counters_.negligible_rays;
       return;
     }
     ++counter;
+    const Vec3 direction = towards();
     const geometry::Ray ray{leave_surface(at.surface, direction), direction, at.id};
-    result += filtered(factor, radiance(ray, {path.depth + 1, path.distance, weight}, key.at(which)));
+    result += filtered(factor, radiance(ray, accel::closest_hit(scene_.world, ray),
+                                        {path.depth + 1, path.distance, weight}, key.at(which)));
   };
-  follow(reflection, math::normalize(v - n * (2 * dot(v, n))), reflected_path, counters_.reflection);
-  if (through) follow(transmission, *through, transmitted_path, counters_.transmission);
+  const auto mirrored = [&] { return math::normalize(v - n * (2 * dot(v, n))); };
+  follow(reflection, mirrored, reflected_path, counters_.reflection);
+  if (through)
+    follow(
+        transmission, [&] { return *through; }, transmitted_path, counters_.transmission);
   return result;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 #include <functional>
+#include <optional>
+#include <span>
 
 #include "engine/sampling/hash.h"
 #include "engine/sampling/patterns.h"
@@ -32,6 +34,10 @@ class Integrator {
   };
   /// `ray.direction` is unit; `key` names the camera sample; every soft light gets `sampling`.
   Sample trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key);
+  /// The same where it is known what the ray meets, as of up to accel::bundle_width rays at once `camera_hits` finds.
+  void camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits);
+  Sample trace(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const DiscSampling& sampling,
+               const sampling::Key& key);
 
   const Counters& counters() const { return counters_; }
 
@@ -42,12 +48,13 @@ class Integrator {
     double distance = 0;
     Color weight = math::white;
   };
-  /// A light of the scene: its index, and the key of its samples.
+  /// A light of the scene: its index, and the place of its samples.
   struct LightPlace {
     std::size_t index;
-    sampling::Key key;
+    sampling::Place samples;
   };
-  Color radiance(const geometry::Ray& ray, const Path& path, const sampling::Key& key);
+  Color radiance(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const Path& path,
+                 const sampling::Key& key);
   Color direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key);
   Color lit_by(const DiscLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);
   Color lit_by(const DistantLight& light, const ShadingPoint& at, const Color& weight, const LightPlace& place);

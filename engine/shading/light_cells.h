@@ -38,18 +38,18 @@ class LightCells {
     Key key;
     accel::CellContents contents;
   };
-  /// Fills key_ (the light aside), and of flat cells up_ and origin_; false where there are no cells.
+  /// Fills key_ (the light aside); false where there are no cells.
   bool locate(const ShadingPoint& at);
   bool locate_flat(const ShadingPoint& at);
   bool locate_round(const ShadingPoint& at);
   /// For cells no wider than this; false where they would be little wider than rounding.
   bool set_level(double width);
-  static std::int64_t row_of(double coordinate, int level) {
-    return static_cast<std::int64_t>(std::floor(std::scalbn(coordinate, -level)));
-  }
+  std::int64_t row_of(double coordinate) const;
+  /// Notes the surface, and of flat ones what locate_flat and flat_cell want to know.
+  void face(const ShadingPoint& at);
   const accel::CellContents& contents(const accel::Target& target);  // of key_
-  accel::FlatCell flat_cell(const Key& key) const;
-  static accel::RoundCell round_cell(const Key& key);
+  accel::FlatCell flat_cell() const;                                 // of key_
+  accel::RoundCell round_cell() const;
 
   static constexpr std::size_t capacity = 4096;
   static constexpr std::uint16_t none = 0xffff;
@@ -63,9 +63,12 @@ class LightCells {
   geometry::SurfaceId surface_;
   Key key_;
   std::uint64_t place_hash_ = 0;
-  int up_ = 0;   // the axis nearest to the normal
-  Vec3 origin_;  // a point of the plane
   bool is_located_ = false;
+  double spacing_ = 1, per_spacing_ = 1;  // 2^level and its reciprocal
+  bool is_flat_ = false, is_facing_normal_ = false;
+  int up_ = 0;         // the axis nearest to the normal
+  Vec3 origin_;        // a point of the plane
+  double extent_ = 0;  // how far the surface goes along some axis
 };
 
 }  // namespace penumbra::shading

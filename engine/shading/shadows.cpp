@@ -115,21 +115,24 @@ Color Shadows::transmittance_of_sample(Verdict verdict, const ShadingPoint& at, 
   return own * through_items(crossed_.sorted());
 }
 
-Visibility Shadows::disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u, const Vec3& v, double limit,
-                         const DiscSampling& sampling, const sampling::Key& key) {
+Visibility Shadows::disc(const ShadingPoint& at, const SeenDisc& disc, const DiscSampling& sampling,
+                         const sampling::Place& place) {
   const auto count = static_cast<std::uint64_t>(sampling.spiral.count());
-  const double fu = dot(at.facing, u), fv = dot(at.facing, v);
-  const double height = dot(at.facing, axis) - std::sqrt(fu * fu + fv * fv);
-  const bool is_above_horizon = height > math::gamma(64) * math::length(axis);
-  const auto is_seen = [&](double x, double y) { return cross(at, axis + u * x + v * y, limit); };
   if (shared() == Shared::lit || shared() == Shared::dark) {
     (shared() == Shared::lit ? counters_.shadow_rays_lit : counters_.shadow_rays_dark) += count;
     return {shared() == Shared::lit ? math::white : math::black, {}, true};
   }
+  const math::Frame frame = math::frame_around(disc.normal);
+  const Vec3 &axis = disc.axis, u = frame.u * disc.radius, v = frame.v * disc.radius;
+  const double limit = disc.is_infinite ? HUGE_VAL : 1;
+  const sampling::Key key = place.key();
   if (switches_.shadow_candidates) {
+    const double fu = dot(at.facing, u), fv = dot(at.facing, v);
+    const double height = dot(at.facing, axis) - std::sqrt(fu * fu + fv * fv);
+    const bool is_above_horizon = height > math::gamma(64) * math::length(axis);
+    const auto is_seen = [&](double x, double y) { return cross(at, axis + u * x + v * y, limit); };
     const Vec3 from = leave_surface(at.surface, at.facing);
-    const bool is_infinite = limit == HUGE_VAL;
-    const DiscView view{from, is_infinite ? axis : axis - (from - at.surface.position), u, v, is_infinite};
+    const DiscView view{from, disc.is_infinite ? axis : axis - (from - at.surface.position), u, v, disc.is_infinite};
     const std::size_t edges_each =
         at.footprint > scene_.world.triangles.typical_edge ? fine_edges_per_chord : edges_per_chord;
     gather(at, view, is_above_horizon, edges_each * static_cast<std::size_t>(sampling.chords.count()));

@@ -47,6 +47,14 @@ struct DiscSampling {
   sampling::DiscChords chords;
 };
 
+/// A disc light as a point sees it: around point + `axis`, with half-axes of length `radius` across the unit `normal`;
+/// infinitely far away the disc is one of directions.
+struct SeenDisc {
+  Vec3 axis, normal;
+  double radius;
+  bool is_infinite = false;
+};
+
 /// Answers how much of a light a point sees. Holds scratch space: one per thread.
 class Shadows {
  public:
@@ -62,10 +70,9 @@ class Shadows {
   /// infinite, on the ray). A segment to the far side of the point's own surface crosses that surface.
   Color transmittance(const ShadingPoint& at, const Vec3& towards, double limit);
 
-  /// Mean transmittance over the disc with centre at + `axis` and half-axes `u` and `v`, with `limit` infinite the
-  /// disc is one of directions.
-  Visibility disc(const ShadingPoint& at, const Vec3& axis, const Vec3& u, const Vec3& v, double limit,
-                  const DiscSampling& sampling, const sampling::Key& key);
+  /// Mean transmittance over the disc.
+  Visibility disc(const ShadingPoint& at, const SeenDisc& disc, const DiscSampling& sampling,
+                  const sampling::Place& place);
 
   /// Prepares `transmittance_of_sample` for a light inside the quadrilateral `corners` (points, relative to the point).
   enum class Verdict { lit, dark, listed, unknown };

@@ -62,10 +62,15 @@ void check_writable(const std::string& path) {
 }
 
 std::map<std::string, bool*> switch_names(render::Switches& switches) {
-  return {{"empty-tiles", &switches.empty_tiles},        {"exact-area-lights", &switches.exact_area_lights},
-          {"shadow-bundles", &switches.shadow_bundles},  {"hidden-spheres", &switches.hidden_spheres},
-          {"light-cells", &switches.light_cells},        {"lights-without-share", &switches.lights_without_share},
-          {"merge-lights", &switches.merge_lights},      {"shadow-candidates", &switches.shadow_candidates},
+  return {{"camera-bundles", &switches.camera_bundles},
+          {"empty-tiles", &switches.empty_tiles},
+          {"exact-area-lights", &switches.exact_area_lights},
+          {"shadow-bundles", &switches.shadow_bundles},
+          {"hidden-spheres", &switches.hidden_spheres},
+          {"light-cells", &switches.light_cells},
+          {"lights-without-share", &switches.lights_without_share},
+          {"merge-lights", &switches.merge_lights},
+          {"shadow-candidates", &switches.shadow_candidates},
           {"shadow-outlines", &switches.shadow_outlines}};
 }
 
@@ -107,7 +112,7 @@ int render(const Settings& settings) {
     return status_failed;
   }
   const auto start = std::chrono::steady_clock::now();
-  const std::string bytes = output::encode(picture->film, output::encoding_of(request->options));
+  const std::string bytes = output::encode(*picture->film, output::encoding_of(request->options));
   picture->stats.encode_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   write_file(settings.output, bytes);
   progress.stop(true);

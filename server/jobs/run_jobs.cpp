@@ -109,12 +109,12 @@ std::optional<store::Ending> JobManager::rendered(SharedRender& render, const ap
   const Clock::time_point start = Clock::now();
   const output::Encoding encoding = output::encoding_of(request.options);
   store::Image image;
-  image.bytes = std::make_shared<const std::string>(output::encode(picture->film, encoding));
+  image.bytes = std::make_shared<const std::string>(output::encode(*picture->film, encoding));
   image.media_type = output::media_type(encoding.format);
   picture->stats.encode_s = std::chrono::duration<double>(Clock::now() - start).count();
   image.sha256 = store::sha256_hex(*image.bytes);
   if (encoding.format != scene::ImageFormat::png)
-    image.png_preview = std::make_shared<const std::string>(output::encode(picture->film, output::Encoding{}));
+    image.png_preview = std::make_shared<const std::string>(output::encode(*picture->film, output::Encoding{}));
   // Whoever asked for a cancel was told that the job is on its way there.
   if (const auto reason = render.stop_reason()) return stopped_here(*reason);
 

@@ -29,7 +29,7 @@ Measured measure(const std::string& objects, const std::string& light, const std
   double sum = 0, squares = 0;
   for (int seed = 0; seed < seeds; ++seed) {
     job.options.seed = static_cast<std::uint64_t>(seed);
-    const double value = test::render(job).film.rgb[0];
+    const double value = test::render(job).film->rgb[0];
     sum += value, squares += value * value;
   }
   const double mean = sum / seeds;

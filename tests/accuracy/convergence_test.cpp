@@ -35,7 +35,7 @@ double penumbra_rmse(int samples, bool use_candidates) {
   constexpr int seeds = 8;
   for (int seed = 0; seed < seeds; ++seed) {
     job.options.seed = static_cast<std::uint64_t>(seed);
-    const render::Film film = test::render(job, test::with_candidates(use_candidates)).film;
+    const render::Film film = *test::render(job, test::with_candidates(use_candidates)).film;
     for (int row = 0; row < height; ++row) {
       for (int column = 0; column < width; ++column) {
         const double h = -((column + 0.5) / width - 0.5) * 2;  // in radii of the disc
@@ -62,7 +62,7 @@ double edge_rmse(int samples) {
   constexpr int seeds = 32;
   for (int seed = 0; seed < seeds; ++seed) {
     job.options.seed = static_cast<std::uint64_t>(seed);
-    const render::Film film = test::render(job).film;
+    const render::Film film = *test::render(job).film;
     for (int row = 0; row < size; ++row) {
       for (int column = 0; column < size; ++column) {
         const double x = column - size / 2.0, y = size / 2.0 - row - 1;

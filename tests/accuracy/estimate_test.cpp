@@ -47,9 +47,9 @@ Reference reference_of(api::JobRequest job) {
     options.shadow_samples = 64;
   }
   options.seed = 1001;
-  render::Film::Values a = test::render(job).film.rgb;
+  render::Film::Values a = test::render(job).film->rgb;
   options.seed = 1002;
-  const render::Film::Values b = test::render(job).film.rgb;
+  const render::Film::Values b = test::render(job).film->rgb;
   const double difference = test::rmse(a, b);
   for (std::size_t i = 0; i < a.size(); ++i)
     a[i] = std::midpoint(std::clamp(a[i], 0.F, 1.F), std::clamp(b[i], 0.F, 1.F));
@@ -64,7 +64,7 @@ TEST_CASE("the estimated error is within a factor of two of the true one") {
     for (const int samples : {1, 4, 16, 64, 256}) {
       named.job.options.shadow_samples = samples;
       const render::Picture picture = test::render(named.job);
-      const double difference = test::rmse(picture.film.rgb, reference.mean), estimate = picture.stats.estimated_error;
+      const double difference = test::rmse(picture.film->rgb, reference.mean), estimate = picture.stats.estimated_error;
       const double error = std::sqrt(std::max(0.0, difference * difference - reference.squared_noise));
       INFO(fmt::format(
           "{}, {} shadow samples: RMSE {:.2e} of which the reference's {:.0e}, estimated {:.2e}, ratio {:.2f}",
@@ -87,7 +87,7 @@ TEST_CASE("with a target the error of the picture stays below it, and looser tar
     for (const double target : {0.03, 0.01}) {
       options.target_error = target;
       const render::Picture picture = test::render(named.job);
-      const double error = test::rmse(picture.film.rgb, reference.mean);
+      const double error = test::rmse(picture.film->rgb, reference.mean);
       INFO(fmt::format("{}, target {}: RMSE {:.2e}, estimated {:.2e}", named.name, target, error,
                        picture.stats.estimated_error));
       // A lens of one ray is noisy whatever the lights do.
@@ -104,10 +104,10 @@ TEST_CASE("with a target out of reach the picture is as good as the caps allow")
   for (test::NamedJob& named : scenes()) {
     named.job.options.shadow_samples = 16;
     const Reference reference = reference_of(named.job);
-    const double capped = test::rmse(test::render(named.job).film.rgb, reference.mean);
+    const double capped = test::rmse(test::render(named.job).film->rgb, reference.mean);
     named.job.options.target_error = 1e-9;
     INFO(named.name);
-    CHECK(test::rmse(test::render(named.job).film.rgb, reference.mean) <= 1.05 * capped);
+    CHECK(test::rmse(test::render(named.job).film->rgb, reference.mean) <= 1.05 * capped);
   }
 }
 
@@ -131,7 +131,7 @@ TEST_CASE("the estimated error is within a factor of two of the distance from br
         for (std::size_t c = 0; c < 3; ++c) {
           const double x = std::clamp(a[c], 0.0, 1.0), y = std::clamp(b[c], 0.0, 1.0);
           const double d =
-              std::clamp<double>(picture.film.rgb[picture.film.offset(column, row) + c], 0, 1) - (x + y) / 2;
+              std::clamp<double>(picture.film->rgb[picture.film->offset(column, row) + c], 0, 1) - (x + y) / 2;
           squares += d * d, noise += (x - y) * (x - y) / 4;
         }
       }

@@ -18,7 +18,7 @@ struct Comparison {
 /// Penumbra's film against the oracle on `count` random pixels, with 2 × `half_samples` samples a light; the oracle's
 /// own error follows from the difference of its halves.
 Comparison compare(const api::JobRequest& job, int count, int half_samples, bool skips_diagonal = false) {
-  const render::Film film = test::render(job).film;
+  const render::Film film = *test::render(job).film;
   std::vector<double> squares(2), noise(2);
   std::vector<std::jthread> halves;
   for (unsigned long worker = 0; worker < 2; ++worker) {

@@ -106,11 +106,11 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
       at.footprint = random.between(0, 0.05);
       const Vec3 axis = light.position - at.surface.position;
       if (!(math::dot(at.facing, axis) > 0)) continue;
-      const math::Frame frame = math::frame_around(math::normalize(-axis));
-      const sampling::Key key = sampling::Key(7).at(static_cast<std::uint64_t>(seed)).at(static_cast<std::uint64_t>(i));
+      const sampling::Key key = sampling::Key(7).at(static_cast<std::uint64_t>(seed));
       const auto visibility = [&](shading::Shadows& shadows, const shading::DiscSampling& samples) {
         shadows.aim(at, 0, {light.position, light.radius}, true);
-        return shadows.disc(at, axis, frame.u * light.radius, frame.v * light.radius, 1, samples, key);
+        return shadows.disc(at, {axis, math::normalize(-axis), light.radius}, samples,
+                            {key, static_cast<std::uint64_t>(i)});
       };
       const shading::Visibility is = visibility(swept, sampling), ought = visibility(cast, dense);
       if (is.variance.modelled.r == 0) {

@@ -44,12 +44,12 @@ void check(const char* what, bool render::Switches::*part, Same same, const char
     const render::Picture on = test::render(job), off = test::render(job, without);
     count += on.stats.skipped.at(counter);
     if (same == Same::always || (same == Same::without_area_lights && !has_area_lights(job))) {
-      CHECK_MESSAGE(on.film.rgb == off.film.rgb, std::string(what), ", ", std::string(name), ", rmse ",
-                    test::rmse(on.film.rgb, off.film.rgb));
+      CHECK_MESSAGE(on.film->rgb == off.film->rgb, std::string(what), ", ", std::string(name), ", rmse ",
+                    test::rmse(on.film->rgb, off.film->rgb));
     } else {
       // Each within three times what it claims, as the test of estimates shows.
       const double bound = 3 * std::hypot(on.stats.estimated_error, off.stats.estimated_error) + 1e-12;
-      CHECK_MESSAGE(test::rmse(on.film.rgb, off.film.rgb) <= bound, std::string(what), ", ", std::string(name));
+      CHECK_MESSAGE(test::rmse(on.film->rgb, off.film->rgb) <= bound, std::string(what), ", ", std::string(name));
     }
   }
   CHECK_MESSAGE(count > 0, std::string(what));
@@ -62,6 +62,7 @@ constexpr bool render::Switches::*of_shading = static_cast<bool render::Switches
 
 TEST_CASE("what is skipped for certain changes no pixel") {
   check("light cells", of_shading<&shading::Switches::light_cells>, Same::without_area_lights, "shadow_rays_lit");
+  check("camera bundles", &render::Switches::camera_bundles, Same::always, "camera_rays_bundled");
   check("shadow bundles", of_shading<&shading::Switches::shadow_bundles>, Same::always, "shadow_rays_bundled");
   check("hidden spheres", of_shading<&shading::Switches::hidden_spheres>, Same::always, "hidden_spheres");
   check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always,

@@ -134,7 +134,7 @@ int bench(const Arguments& arguments) {
                            render::Control control;
                            auto picture = render::render(description, options, pool, control);
                            build_s.push_back(picture->stats.build_s);
-                           return std::pair(std::move(picture->film), picture->stats.render_s);
+                           return std::pair(*picture->film, picture->stats.render_s);
                          },
                          {1, 4, 16, 64, 256, 1024, 4096},
                          {},

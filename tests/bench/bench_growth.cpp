@@ -77,7 +77,7 @@ int bench(std::size_t triangles, int threads, int runs, int edge, const std::str
     render::Control control;
     const auto picture = render::render(description, options, pool, control);
     build.push_back(picture->stats.build_s), render.push_back(picture->stats.render_s);
-    if (!image.empty()) std::ofstream(image, std::ios::binary) << output::encode(picture->film, {});
+    if (!image.empty()) std::ofstream(image, std::ios::binary) << output::encode(*picture->film, {});
   }
   const nlohmann::json line{{"triangles", count},
                             {"threads", threads},

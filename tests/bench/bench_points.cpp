@@ -22,20 +22,18 @@ struct Counts {
 
 /// The disc as the integrator sees it from a point: of one light or of directions.
 struct Disc {
-  math::Vec3 axis, u, v;
-  double limit = 1;
+  shading::SeenDisc seen;
   accel::Target target;
 };
 
 std::optional<Disc> disc_of(const shading::Light& light, const math::Vec3& from) {
-  const auto around = [](const math::Vec3& axis, double radius, double limit, const accel::Target& target) {
-    const math::Frame frame = math::frame_around(math::normalize(axis));
-    return Disc{axis, frame.u * radius, frame.v * radius, limit, target};
+  const auto around = [](const math::Vec3& axis, double radius, const accel::Target& target) {
+    return Disc{{axis, math::normalize(axis), radius, target.is_infinite}, target};
   };
   if (const auto* disc = std::get_if<shading::DiscLight>(&light); disc != nullptr && disc->radius > 0)
-    return around(disc->position - from, disc->radius, 1, {disc->position, disc->radius});
+    return around(disc->position - from, disc->radius, {disc->position, disc->radius});
   if (const auto* distant = std::get_if<shading::DistantLight>(&light); distant != nullptr && distant->tangent > 0)
-    return around(-distant->direction, distant->tangent, HUGE_VAL, {-distant->direction, distant->tangent, true});
+    return around(-distant->direction, distant->tangent, {-distant->direction, distant->tangent, true});
   return std::nullopt;
 }
 
@@ -70,11 +68,11 @@ int bench(const std::string& path, int edge, int grid, int rays) {
       at.footprint = pixel.at_camera + pixel.per_distance * hit->t;
       for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         const std::optional<Disc> disc = disc_of(scene.lights[i], at.surface.position);
-        if (!disc || !(math::dot(at.facing, disc->axis) > 0)) continue;
-        const sampling::Key key = sampling::Key(1).at(static_cast<std::uint64_t>(row * grid + column)).at(i);
+        if (!disc || !(math::dot(at.facing, disc->seen.axis) > 0)) continue;
+        const sampling::Key key = sampling::Key(1).at(static_cast<std::uint64_t>(row * grid + column));
         const auto visibility = [&](shading::Shadows& shadows, const shading::DiscSampling& samples) {
           shadows.aim(at, i, disc->target, true);
-          return shadows.disc(at, disc->axis, disc->u, disc->v, disc->limit, samples, key);
+          return shadows.disc(at, disc->seen, samples, {key, i});
         };
         const shading::Visibility is = visibility(classifies, few);
         if (!is.is_certain) {

@@ -81,10 +81,10 @@ TEST_CASE("figures: encoding" * doctest::skip()) {
   for (const char* name : {"room-flat", "teapot", "cow", "glass-and-mirrors", "hard-and-soft", "thousand-spheres"}) {
     api::JobRequest job = test::example(name);
     job.options.width = job.options.height = 800;
-    print(name, test::render(job).film);
+    print(name, *test::render(job).film);
     // As noisy as it gets: four shadow rays each.
     job.options.shadow_samples = 4;
     if (name == std::string("room-flat") || name == std::string("thousand-spheres"))
-      print((std::string(name) + ", 4 shadow rays").c_str(), test::render(job, test::with_candidates(false)).film);
+      print((std::string(name) + ", 4 shadow rays").c_str(), *test::render(job, test::with_candidates(false)).film);
   }
 }

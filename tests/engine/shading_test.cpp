@@ -16,7 +16,7 @@ double red(const std::string& scene, const std::string& options = "") {
                  R"({{"scene": {{"camera": {{"position": [0, 0, 5], "direction": [0, 0, -1], "view_plane": {{"width": 1e-9, "height": 1e-9, "distance": 1}}}}, {}}},
           "options": {{"width": 1, "height": 1{}}}}})",
                  scene, options)))
-      .film.rgb[0];
+      .film->rgb[0];
 }
 
 std::string wall(const std::string& material, double z = 0) {
@@ -95,7 +95,7 @@ TEST_CASE("Snell's law through a slab shifts the ray; past the critical angle ev
                     {{"type": "polygon", "vertices": [[{}, -1, -1], [{}, -1, -1], [{}, 1, -1], [{}, 1, -1]], "material": {{"emission": 1}}}}]}},
         "options": {{"width": 1, "height": 1}}}})",
                    std::sqrt(2.0), from, to, to, from)))
-        .film.rgb[0];
+        .film->rgb[0];
   };
   const double across = std::tan(math::pi / 6);
   CHECK(seen(across - 1e-6, across + 1e-6) == 1);
@@ -106,7 +106,7 @@ TEST_CASE("Snell's law through a slab shifts the ray; past the critical angle ev
       "camera": {"position": [0.9, 0, 0], "direction": [0, 0, -1], "view_plane": {"width": 1e-9, "height": 1e-9, "distance": 1}},
       "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"transmission": 0.5, "ior": 1.5, "emission": 1}}]},
       "options": {"width": 1, "height": 1, "max_depth": 3}})"))
-                          .film.rgb[0];
+                          .film->rgb[0];
   CHECK(glow == doctest::Approx(1.875));
 }
 

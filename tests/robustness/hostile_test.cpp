@@ -55,7 +55,7 @@ std::optional<double> expected(const geometry::SurfacePoint& at, const Vec3& fac
 }
 
 int wrong_pixels(const api::JobRequest& job, const scene::PointLight& light, double tolerance, bool use_candidates) {
-  const render::Film film = test::render(job, test::with_candidates(use_candidates)).film;
+  const render::Film film = *test::render(job, test::with_candidates(use_candidates)).film;
   const shading::Scene scene = test::compiled(job.scene);
   const render::Camera camera(job.scene.camera, film.width, film.height);
   int wrong = 0;
@@ -83,9 +83,9 @@ void check_agreement(const char* what, api::JobRequest job) {
   job.options.shadow_samples = 256;
   const render::Picture listed = test::render(job, test::with_candidates(true)),
                         rays = test::render(job, test::with_candidates(false));
-  CHECK(is_finite(listed.film));
-  CHECK(is_finite(rays.film));
-  const double difference = test::rmse(listed.film.rgb, rays.film.rgb);
+  CHECK(is_finite(*listed.film));
+  CHECK(is_finite(*rays.film));
+  const double difference = test::rmse(listed.film->rgb, rays.film->rgb);
   CHECK(difference <= 3 * std::hypot(listed.stats.estimated_error, rays.stats.estimated_error) + 1e-6);
 }
 
@@ -150,7 +150,7 @@ TEST_CASE("no leaks: a ball in a closed room sees no light from outside, near an
       const api::JobRequest job = job_of(objects, lights, c + Vec3{0.4, 0.8, 1.2}, c, 100);
       for (const bool use_candidates : {true, false}) {
         INFO(name, ", offset ", offset, ", candidates ", use_candidates);
-        const render::Film film = test::render(job, test::with_candidates(use_candidates)).film;
+        const render::Film film = *test::render(job, test::with_candidates(use_candidates)).film;
         // Where outlines of a wall's triangles meet, shares of the light may round.
         CHECK(*std::max_element(film.rgb.begin(), film.rgb.end()) < 1e-14);
       }
@@ -166,8 +166,8 @@ TEST_CASE("a light inside a ball stays there, and lights all of its inside") {
     for (const bool use_candidates : {true, false}) {
       INFO("offset ", offset, ", candidates ", use_candidates);
       const render::Film outside =
-          test::render(job_of({ball, floor}, {light}, c + Vec3{0, 1, 5}, c), test::with_candidates(use_candidates))
-              .film;
+          *test::render(job_of({ball, floor}, {light}, c + Vec3{0, 1, 5}, c), test::with_candidates(use_candidates))
+               .film;
       CHECK(*std::max_element(outside.rgb.begin(), outside.rgb.end()) == 0);
       const api::JobRequest inside = job_of({ball}, {light}, c + Vec3{-0.2, 0.1, 0.5}, c, 120);
       CHECK(wrong_pixels(inside, light, 1e-6 + 1e-15 * offset, use_candidates) == 0);
@@ -208,12 +208,12 @@ TEST_CASE("the tiniest soft light is a hard one") {
                                            {box({0.6, 0, -0.5}, {1.4, 1, 0.5}), {}}};
   const Vec3 eye{0, 3, 6};
   for (const Vec3& position : {Vec3{3, 5, 3}, Vec3{-4, 0.7, 2}}) {
-    const render::Film hard = test::render(job_of(objects, {soft_light(position, 0)}, eye, {})).film;
+    const render::Film hard = *test::render(job_of(objects, {soft_light(position, 0)}, eye, {})).film;
     for (const double radius : {1e-12, 1e-9}) {
       for (const bool use_candidates : {true, false}) {
-        const render::Film soft = test::render(job_of(objects, {soft_light(position, radius)}, eye, {}),
-                                               test::with_candidates(use_candidates))
-                                      .film;
+        const render::Film soft = *test::render(job_of(objects, {soft_light(position, radius)}, eye, {}),
+                                                test::with_candidates(use_candidates))
+                                       .film;
         INFO("radius ", radius, ", candidates ", use_candidates);
         CHECK(test::rmse(soft.rgb, hard.rgb) < 1e-6);
       }
@@ -247,7 +247,7 @@ TEST_CASE("triangles without an area change nothing") {
   const auto picture = [&](bool use_candidates) {
     return test::render(job_of(objects, {soft_light({3, 5, 3}, 0.7)}, {0, 3, 6}, {}),
                         test::with_candidates(use_candidates))
-        .film.rgb;
+        .film->rgb;
   };
   const render::Film::Values listed = picture(true), rays = picture(false);
   test::Random random(3);

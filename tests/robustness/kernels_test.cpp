@@ -40,7 +40,7 @@ TEST_CASE("recipe 7: every kernel gives the same bytes for every scene, with and
         render::Film::Values plain;
         for (const std::int64_t instructions : kernels) {
           const test::Kernel kernel(instructions);
-          const render::Film::Values picture = test::render(job, switches).film.rgb;
+          const render::Film::Values picture = test::render(job, switches).film->rgb;
           if (plain.empty()) plain = picture;
           INFO(name, ", ", test::name_of(instructions), ", candidates ", shadow_candidates, ", merged lights ",
                merge_lights);

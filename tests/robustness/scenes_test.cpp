@@ -87,7 +87,7 @@ TEST_CASE("recipe 3: a scaled scene meets the same surfaces; so does a moved one
     CHECK(ids(still_life(1, far)) == here);
   }
   const double difference =
-      largest_difference(test::render(still_life(1, {})).film, test::render(still_life(1, far)).film);
+      largest_difference(*test::render(still_life(1, {})).film, *test::render(still_life(1, far)).film);
   MESSAGE("largest difference of a picture moved by 10⁶ sizes: ", difference);
   CHECK(difference < 1e-6);
 }
@@ -153,7 +153,7 @@ TEST_CASE("recipe 8: a lit floor of overlapping, doubled and sliver triangles ha
     job.scene.camera = {{0, 3, 8}, {0, -3, -8}, {0, 1, 0}, {}, 50.0, scene::Projection::perspective, {}};
     job.scene.lights = {scene::PointLight{{2, 5, 1}, math::white, {}, radius}};
     job.options.width = job.options.height = 160;
-    const render::Film film = test::render(job).film;
+    const render::Film film = *test::render(job).film;
     const render::Camera camera(job.scene.camera, 160, 160);
     int speckles = 0;
     for (int row = 0; row < 160; ++row) {

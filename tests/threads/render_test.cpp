@@ -41,10 +41,10 @@ double rmse(const render::Film& a, const render::Film& b) {
 TEST_CASE("every thread mode gives the same bytes") {
   api::JobRequest job = test::zoo();
   job.options.threads = scene::serial;
-  const render::Film serial = rendered(job).film;
+  const render::Film serial = *rendered(job).film;
   for (const int threads : {scene::all_threads, scene::cores_less_two, 1, 3}) {
     job.options.threads = threads;
-    CHECK(rendered(job, 4).film.rgb == serial.rgb);
+    CHECK(rendered(job, 4).film->rgb == serial.rgb);
   }
 }
 
@@ -60,11 +60,11 @@ TEST_CASE("every acceleration gives the same image") {
   for (api::JobRequest job : {test::zoo(), test::example("room-groups"), test::example("teapot")}) {
     job.options.width = job.options.height = 96;
     job.options.acceleration = scene::Acceleration::bvh;
-    const render::Film best = rendered(job).film;
+    const render::Film best = *rendered(job).film;
     for (const auto acceleration : {scene::Acceleration::none, scene::Acceleration::cbr, scene::Acceleration::groups,
                                     scene::Acceleration::median}) {
       job.options.acceleration = acceleration;
-      CHECK(png(rendered(job).film) == png(best));
+      CHECK(png(*rendered(job).film) == png(best));
     }
   }
 }
@@ -79,15 +79,15 @@ TEST_CASE("what only saves time changes no picture beyond its sampling error") {
   CHECK(fast.stats.skipped.at("shadow_rays_covered") > 0);
   CHECK(fast.stats.skipped.at("merged_lights") == 1);
   // The room's soft shadows are exact but for penumbrae: 256 samples leave less than 1e-3.
-  CHECK(rmse(fast.film, rendered(job, 2, test::with_candidates(false)).film) < 1e-3);
+  CHECK(rmse(*fast.film, *rendered(job, 2, test::with_candidates(false)).film) < 1e-3);
 }
 
 TEST_CASE("seeds change the noise, not the picture") {
   api::JobRequest job = test::zoo();
-  const render::Film first = rendered(job).film;
-  CHECK(rendered(job).film.rgb == first.rgb);
+  const render::Film first = *rendered(job).film;
+  CHECK(rendered(job).film->rgb == first.rgb);
   job.options.seed = 7;
-  const render::Film second = rendered(job).film;
+  const render::Film second = *rendered(job).film;
   CHECK(second.rgb != first.rgb);
   CHECK(rmse(first, second) < 0.02);
 }
@@ -114,7 +114,7 @@ TEST_CASE("progress never falls, previews fill up, and a watcher may look at any
   watcher.join();
   REQUIRE(picture);
   CHECK(previews > 0);
-  CHECK(control.preview().rgb == picture->film.rgb);
+  CHECK(control.preview().rgb == picture->film->rgb);
 }
 
 TEST_CASE("a cancel stops the render within a tile row, wherever it is") {
@@ -148,14 +148,14 @@ TEST_CASE("mirrors that reflect each other for ever can be canceled inside a pix
 
 TEST_CASE("renders share a pool, and each gives its own picture") {
   const api::JobRequest job = test::zoo();
-  const render::Film alone = rendered(job).film;
+  const render::Film alone = *rendered(job).film;
   render::Pool pool(2);
   std::vector<std::jthread> users;
   for (int i = 0; i < 4; ++i) {
     users.emplace_back([&] {
       render::Control control;
       const auto picture = render::render(job.scene, job.options, pool, control);
-      CHECK(picture->film.rgb == alone.rgb);
+      CHECK(picture->film->rgb == alone.rgb);
     });
   }
 }
@@ -186,8 +186,8 @@ TEST_CASE("a time budget that is over at once still gives a whole picture, a coa
   job.options.time_budget_s = 1e-9;
   const render::Picture coarse = rendered(job);
   CHECK(coarse.stats.rays.camera < exact.stats.rays.camera);
-  const double whole = rmse(coarse.film, exact.film);
-  const double missing = rmse(render::Film(200, 200), exact.film);
+  const double whole = rmse(*coarse.film, *exact.film);
+  const double missing = rmse(render::Film(200, 200), *exact.film);
   CHECK(whole < missing / 3);
 }
 
@@ -197,7 +197,7 @@ TEST_CASE("a time budget that suffices changes nothing") {
   job.options.samples_per_pixel = 4;
   const render::Picture free = rendered(job);
   job.options.time_budget_s = 1e9;
-  CHECK(rendered(job).film.rgb == free.film.rgb);
+  CHECK(rendered(job).film->rgb == free.film->rgb);
 }
 
 TEST_CASE("a target error saves work where the picture is smooth") {
@@ -208,5 +208,5 @@ TEST_CASE("a target error saves work where the picture is smooth") {
   job.options.target_error = 0.02;
   const render::Picture adaptive = rendered(job);
   CHECK(adaptive.stats.rays.camera < full.stats.rays.camera / 2);
-  CHECK(rmse(adaptive.film, full.film) < 0.02);
+  CHECK(rmse(*adaptive.film, *full.film) < 0.02);
 }

@@ -15,6 +15,7 @@ SKIPS = [
     ("shadow-candidates", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake"]),
     ("shadow-outlines", "shadow_rays_covered", ["room-flat", "bunny-1", "sphereflake"]),
     ("light-cells", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake", "light-triangles-many"]),
+    ("camera-bundles", "camera_rays_bundled", ["room-flat", "sphereflake", "bunny-1"]),
     ("shadow-bundles", "shadow_rays_bundled", ["glass-and-mirrors"]),
     ("hidden-spheres", "hidden_spheres", ["sphereflake", "thousand-spheres"]),
     ("lights-without-share", "lights_without_effect", ["room-flat", "light-triangles-spot"]),
