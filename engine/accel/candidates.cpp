@@ -63,39 +63,45 @@ class Candidates::Search {
     return search(structure, shaft.half_spaces(), &silhouettes, at_triangle, at_other, left_out);
   }
 
-  /// True when the search is over.
-  bool add(const Candidate& candidate) {
-    if (found_.list_.size() == (projection_ == nullptr ? list_capacity : outline_capacity))
-      return found_.is_incomplete_ = true;
-    found_.list_.push_back(candidate);
-    return false;
+  /// Nothing when the search is over.
+  Candidate* add(const SurfaceId& surface, bool is_opaque) {
+    if (found_.list_.size() == (projection_ == nullptr ? list_capacity : outline_capacity)) {
+      found_.is_incomplete_ = true;
+      return nullptr;
+    }
+    Candidate& candidate = found_.list_.emplace_back();
+    candidate.surface = surface, candidate.is_opaque = is_opaque;
+    return &candidate;
   }
+  /// True when the search is over.
+  bool add_other(std::uint32_t item, bool is_opaque) { return add({item, 0}, is_opaque) == nullptr; }
 
   bool add_triangle(const Shaft& world_shaft, const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
                     const RegionVisitor::EdgeFlags& edges, const OwnedTriangles& owned, const Projection* projection,
                     const Placement* placement) {
-    const SurfaceId id = owned.surface(index);
-    const bool is_opaque = world_.items[id.item].is_opaque;
+    const bool is_opaque = owned.is_opaque(index);
     if (projection != nullptr && is_opaque) return add_silhouette(shaft, triangles, index, edges, owned, *projection);
+    const SurfaceId id = owned.surface(index);
     if (id == self_) return false;
     if (projection == nullptr ? shaft.misses(triangles[index])
                               : is_apart(projected(triangles, index, *projection), projection->is_infinite))
       return false;
-    Candidate candidate{id, is_opaque, true, triangles[index]};
+    Candidate* candidate = add(id, is_opaque);
+    if (candidate == nullptr) return true;
+    candidate->is_triangle = true;
+    geometry::TriangleVertices& t = candidate->triangle = triangles[index];
     if (placement != nullptr) {
       const math::Affine& map = placement->local_to_world;
-      geometry::TriangleVertices& t = candidate.triangle;
       t = {map.point(t.v0), map.point(t.v1), map.point(t.v2)};
     }
-    if (candidate.is_opaque && world_shaft.is_covered_by(candidate.triangle)) return found_.is_dark_ = true;
-    return add(candidate);
+    return found_.is_dark_ = is_opaque && world_shaft.is_covered_by(t);
   }
 
   bool add_silhouette(const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
                       const RegionVisitor::EdgeFlags& edges, const OwnedTriangles& owned,
                       const Projection& projection) {
-    const SurfaceId id = owned.surface(index);
-    const bool is_self = id == self_;
+    const std::uint32_t self = owned.index(self_);
+    const bool is_self = index == self;
     const std::array<Vec3, 3> v = projected(triangles, index, projection);
     if (is_apart(v, projection.is_infinite)) return false;
     if (!is_self) {
@@ -113,14 +119,14 @@ class Candidates::Search {
       const std::uint32_t other = triangles.neighbours[index][e];
       // The first of two neighbours speaks for their edge.
       if (other < index || !edges[e]) continue;
-      const bool has_other = other != TriangleSet::no_neighbour && owned.surface(other) != self_;
+      const bool has_other = other != TriangleSet::no_neighbour && other != self;
       const int jump = jump_at(!is_self, own_is_left, has_other, has_other && lies_left(other));
       if (jump == 0) continue;
       const Vec3 &from = v[e], &to = v[(e + 1) % 3];
-      if (is_beside_square(from, to)) continue;
+      if (is_beside_square(from, to) || misses_disc(from, to)) continue;
       if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
       if (found_.silhouette_.size() == most_edges_) return found_.is_incomplete_ = true;
-      found_.silhouette_.push_back({from, to, jump, {id, static_cast<std::uint32_t>(e)}});
+      found_.silhouette_.push_back({from, to, jump, {owned.surface(index), static_cast<std::uint32_t>(e)}});
     }
     return false;
   }
@@ -146,7 +152,7 @@ class Candidates::Search {
   bool add_sphere(const geometry::SphereShape& sphere, std::uint32_t id, bool is_opaque) {
     const InCone place = place_in(*projection_, sphere);
     if (place == InCone::apart) return false;
-    if (id == self_.item || !is_opaque) return add({{id, 0}, is_opaque, false, {}});
+    if (id == self_.item || !is_opaque) return add_other(id, is_opaque);
     if (place == InCone::covers_it) return found_.is_dark_ = true;
     found_.spheres_.emplace_back(sphere, projection_->apex, id);
     return has_too_many_spheres();
@@ -178,11 +184,11 @@ class Candidates::Search {
         if (projection_ != nullptr) return add_sphere(sphere, id, item.is_opaque);
         if (shaft.misses(sphere)) return false;
         if (item.is_opaque && id != self_.item && covers(shaft, sphere)) return found_.is_dark_ = true;
-        return add({{id, 0}, item.is_opaque, false, {}});
+        return add_other(id, item.is_opaque);
       }
     }
     if (const auto box = bounds_of(world_, item); box && shaft.misses(*box)) return false;
-    return add({{id, 0}, item.is_opaque, false, {}});
+    return add_other(id, item.is_opaque);
   }
 
   bool add_mesh(const Shaft& world_shaft, const Shaft& shaft, std::uint32_t id, const Projection* projection,

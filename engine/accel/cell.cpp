@@ -135,7 +135,7 @@ class CellContents::Search {
     const auto at_other = [&](std::uint32_t item) { return add_other(*region, item); };
     const auto at_triangle = [&](std::uint32_t triangle, const RegionVisitor::EdgeFlags&) {
       if (triangle == self_triangle || region->miss(world_.triangles[triangle])) return false;
-      if (world_.items[owned.item(triangle)].is_opaque && covers(world_.triangles[triangle])) return is_dark_ = true;
+      if (owned.is_opaque(triangle) && covers(world_.triangles[triangle])) return is_dark_ = true;
       return add(triangle, found_.triangles_, found_.triangle_count_);
     };
     std::ranges::any_of(world_.infinite_items, at_other) ||
@@ -228,7 +228,9 @@ class CellContents::OutlineSearch {
  public:
   OutlineSearch(const World& world, const HalfSpaces& region, const RoundCell& viewpoints, const SurfaceId* self,
                 CellContents& found)
-      : world_(world), region_(region), viewpoints_(viewpoints), self_(self), found_(found) {}
+      : world_(world), region_(region), viewpoints_(viewpoints), self_(self), found_(found) {
+    if (self != nullptr) self_triangle_ = OwnedTriangles(world).index(*self);
+  }
 
   void run() {
     found_.outline_.emplace();
@@ -271,10 +273,8 @@ class CellContents::OutlineSearch {
   }
 
   bool add_triangle(std::uint32_t triangle, const RegionVisitor::EdgeFlags& edges) {
-    const OwnedTriangles owned(world_);
-    const SurfaceId id = owned.surface(triangle);
-    const bool is_self = self_ != nullptr && id == *self_;
-    if (!world_.items[id.item].is_opaque) {
+    const bool is_self = triangle == self_triangle_;
+    if (!OwnedTriangles(world_).is_opaque(triangle)) {
       if (is_self || region_.miss(world_.triangles[triangle])) return false;
       if (found_.triangle_count_ == triangle_capacity) return true;
       found_.triangles_[found_.triangle_count_++] = triangle;
@@ -301,6 +301,7 @@ class CellContents::OutlineSearch {
   const HalfSpaces& region_;
   const RoundCell& viewpoints_;
   const SurfaceId* self_;
+  std::uint32_t self_triangle_ = OwnedTriangles::none;
   CellContents& found_;
   std::vector<std::uint64_t> pending_;  // 4·triangle + edge
 };

@@ -17,12 +17,11 @@ namespace penumbra::accel::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Visits what the ray may meet before `visitor.limit()`, in any order; true if the visitor ended it.
+/// Visits what of `current` the ray may meet before `visitor.limit()`, in any order; true if the visitor ended it.
 template <class Visitor>
-HWY_INLINE bool walk_to_end(const WideTree& tree, const FloatRay& ray, Visitor& visitor) {
+HWY_INLINE bool walk_to_end(const WideTree& tree, std::uint32_t current, const FloatRay& ray, Visitor& visitor) {
   std::uint32_t stack[WideTree::stack_size];
   std::size_t count = 0;
-  std::uint32_t current = tree.root();
   while (true) {
     if (WideTree::sort_of(current) == WideTree::Sort::node) {
       const WideTree::Node& node = tree.nodes()[current];
@@ -61,9 +60,8 @@ class ToOpaque {
       if (triangle == self_triangle_) continue;
       const bool is_certain = (met.certain >> lane & 1u) != 0 && met.t_high[lane] < certain_limit_;
       if (!is_certain && !intersect(walk_.triangles[triangle], walk_.ray, exact_limit_)) continue;
-      const std::uint32_t item = walk_.triangles.item(triangle);
-      if (walk_.world.items[item].is_opaque) return true;
-      crossed_.add(item);
+      if (walk_.triangles.is_opaque(triangle)) return true;
+      crossed_.add(walk_.triangles.item(triangle));
     }
     return false;
   }
@@ -90,11 +88,13 @@ bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const Wo
   const FloatRay float_ray(tree, ray);
   const Walk context{triangles, world, ray, float_ray, self};
   ToOpaque visitor(context, limit, crossed);
-  return walk_to_end(tree, float_ray, visitor);
+  return walk_to_end(tree, tree.root(), float_ray, visitor);
 }
 
-/// Walks with the rays whose bits are set in `alive`, all of one octant; returns those that no visitor ended.
-HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle, unsigned alive,
+/// Walks with the rays whose bits are set in `alive`, all of one octant; returns those that no visitor ended. One that
+/// is left alone goes on alone.
+HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay, bundle_width>& float_rays,
+                                const FloatBundle& bundle, unsigned alive,
                                 std::array<ToOpaque, bundle_width>& visitors) {
   struct Part {
     std::uint32_t child;
@@ -107,6 +107,11 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle,
     const Part part = stack[--count];
     unsigned rays = part.rays & alive;
     if (rays == 0) continue;
+    if (std::has_single_bit(rays)) {
+      const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
+      if (walk_to_end(tree, part.child, float_rays[ray], visitors[ray])) alive &= ~rays;
+      continue;
+    }
     if (WideTree::sort_of(part.child) == WideTree::Sort::node) {
       const WideTree::Node& node = tree.nodes()[part.child];
       for (std::size_t child = 0; child < WideTree::width; ++child) {
@@ -136,7 +141,7 @@ unsigned find_opaque_in_bundle(const WideTree& tree, const OwnedTriangles& trian
   for (std::size_t i = 0; i < bundle_width; ++i) bundle.set(i, float_rays[i], visitors[i].limit());
   unsigned blocked = 0;
   for_each_octant(float_rays, count, bundle,
-                  [&](unsigned alike) { blocked |= alike & ~walk_bundle(tree, bundle, alike, visitors); });
+                  [&](unsigned alike) { blocked |= alike & ~walk_bundle(tree, float_rays, bundle, alike, visitors); });
   return blocked;
 }
 

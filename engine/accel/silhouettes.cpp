@@ -82,6 +82,15 @@ void append_block(const EdgeList::Block& block, const Projection& projection, co
                           hn::Or(both(ay, az, by, bz), both(hn::Neg(ay), az, hn::Neg(by), bz)));
     const V one = hn::Set(d, 1.0);
     if (!projection.is_infinite) outside = hn::Or(outside, hn::Or(hn::Ge(az, one), hn::Ge(bz, one)));
+    // As misses_disc.
+    const auto size = [](V x, V y, V z) HWY_ATTR { return hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)); };
+    const auto minor = [](V a, V b, V c, V e) HWY_ATTR { return hn::Sub(hn::Mul(a, b), hn::Mul(c, e)); };
+    const V nx = minor(ay, bz, az, by), ny = minor(az, bx, ax, bz), nz = minor(ax, by, ay, bx);
+    const V distance = hn::Sub(
+        hn::Abs(nz), hn::Mul(hn::Set(d, cross_error), hn::Mul(size(ax, ay, az), size(bx, by, bz))));
+    const V reach = hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny));
+    outside = hn::Or(outside,
+                     hn::And(hn::Gt(distance, hn::Zero(d)), hn::Gt(hn::Mul(distance, distance), reach)));
     found &= ~bits(outside);
     if (found == 0) continue;
     alignas(64) double rows[6][EdgeList::width];
@@ -118,7 +127,7 @@ void EdgeList::append(const Projection& projection, const SurfaceId& self,
 
 void EdgeList::add(const OwnedTriangles& triangles, std::uint32_t triangle, std::uint32_t edge) {
   const std::size_t lane = size_++ % width;
-  if (lane == 0) blocks_.push_back({});
+  if (lane == 0) blocks_.emplace_back();
   Block& block = blocks_.back();
   const TriangleSet& set = triangles.set();
   const std::uint32_t across = set.neighbours[triangle][edge];

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -62,6 +63,19 @@ constexpr int jump_at(bool has_own, bool own_is_left, bool has_other, bool other
 inline bool is_beside_square(const Vec3& a, const Vec3& b) {
   return (a.x > a.z && b.x > b.z) || (-a.x > a.z && -b.x > b.z) || (a.y > a.z && b.y > b.z) ||
          (-a.y > a.z && -b.y > b.z);
+}
+
+/// Of |a|·|b|, in the sums of components' sizes: what the components of a × b may be off by.
+inline constexpr double cross_error = 0x1p-50;
+
+/// Whether the line through both points surely misses the disc x² + y² ≤ 1. Most edges around an apex on a curved
+/// surface do, though they cross the lines around the square.
+inline bool misses_disc(const Vec3& a, const Vec3& b) {
+  const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
+  const double size = (std::fabs(a.x) + std::fabs(a.y) + std::fabs(a.z)) *
+                      (std::fabs(b.x) + std::fabs(b.y) + std::fabs(b.z));
+  const double distance = std::fabs(z) - cross_error * size;
+  return distance > 0 && distance * distance > x * x + y * y;
 }
 
 /// Edges that may be silhouettes seen from somewhere, for SIMD.

@@ -48,6 +48,8 @@ class OwnedTriangles {
   }
   std::uint32_t item(std::uint32_t triangle) const { return mesh_ != none ? mesh_ : world_.triangle_items[triangle]; }
 
+  bool is_opaque(std::uint32_t triangle) const { return world_.is_opaque || world_.items[item(triangle)].is_opaque; }
+
   const TriangleSet& set() const { return set_; }
 
   static constexpr std::uint32_t none = 0xffffffff;

@@ -141,6 +141,7 @@ class Compiler {
 
   void add_item(accel::Kind kind, std::size_t index, std::uint32_t placement = accel::not_placed) {
     const bool is_opaque = !materials_[material_].transmits;
+    world_.is_opaque = world_.is_opaque && is_opaque;
     world_.items.push_back({kind, is_opaque, static_cast<std::uint32_t>(index), placement});
     item_material_.push_back(material_);
   }
