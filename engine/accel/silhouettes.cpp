@@ -86,11 +86,10 @@ void append_block(const EdgeList::Block& block, const Projection& projection, co
     const auto size = [](V x, V y, V z) HWY_ATTR { return hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)); };
     const auto minor = [](V a, V b, V c, V e) HWY_ATTR { return hn::Sub(hn::Mul(a, b), hn::Mul(c, e)); };
     const V nx = minor(ay, bz, az, by), ny = minor(az, bx, ax, bz), nz = minor(ax, by, ay, bx);
-    const V distance = hn::Sub(
-        hn::Abs(nz), hn::Mul(hn::Set(d, cross_error), hn::Mul(size(ax, ay, az), size(bx, by, bz))));
+    const V distance =
+        hn::Sub(hn::Abs(nz), hn::Mul(hn::Set(d, cross_error), hn::Mul(size(ax, ay, az), size(bx, by, bz))));
     const V reach = hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny));
-    outside = hn::Or(outside,
-                     hn::And(hn::Gt(distance, hn::Zero(d)), hn::Gt(hn::Mul(distance, distance), reach)));
+    outside = hn::Or(outside, hn::And(hn::Gt(distance, hn::Zero(d)), hn::Gt(hn::Mul(distance, distance), reach)));
     found &= ~bits(outside);
     if (found == 0) continue;
     alignas(64) double rows[6][EdgeList::width];

@@ -72,8 +72,8 @@ inline constexpr double cross_error = 0x1p-50;
 /// surface do, though they cross the lines around the square.
 inline bool misses_disc(const Vec3& a, const Vec3& b) {
   const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
-  const double size = (std::fabs(a.x) + std::fabs(a.y) + std::fabs(a.z)) *
-                      (std::fabs(b.x) + std::fabs(b.y) + std::fabs(b.z));
+  const double size =
+      (std::fabs(a.x) + std::fabs(a.y) + std::fabs(a.z)) * (std::fabs(b.x) + std::fabs(b.y) + std::fabs(b.z));
   const double distance = std::fabs(z) - cross_error * size;
   return distance > 0 && distance * distance > x * x + y * y;
 }

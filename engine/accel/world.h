@@ -55,7 +55,7 @@ struct Item {
 /// patch or mesh SurfaceId::part is the triangle. Immutable once compiled; may be shared between threads.
 struct World {
   std::vector<Item> items;
-  bool is_opaque = true;  // every item is
+  bool is_opaque = true;                      // every item is
   TriangleSet triangles;                      // of patches
   std::vector<std::uint32_t> triangle_items;  // the patch each belongs to
   std::vector<geometry::SphereShape> spheres;

@@ -7,6 +7,7 @@
 
 #include "engine/accel/candidates.h"
 #include "engine/accel/queries.h"
+#include "engine/math/elementary.h"
 #include "tests/robustness/worlds.h"
 #include "tests/support/scenes.h"
 
@@ -130,6 +131,35 @@ TEST_CASE("a view cone tells which spheres meet all of its segments and which me
   }
   CHECK(covered > 200);
   CHECK(missed > 5000);
+}
+
+TEST_CASE("an edge whose line is said to miss the disc has no point in it") {
+  test::Random random(45);
+  int missing = 0, clear = 0, wrong = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    // Through a tangent's surroundings, as near as a few roundings; short and long; some of it behind the apex.
+    const auto [sine, cosine] = math::sine_cosine_turns(random.between(0, 1));
+    const double off = std::ldexp(random.between(-1, 1), -random.below(54));
+    const auto point = [&](double along) {
+      const double depth = random.between(i % 3 == 0 ? -1 : 0.01, 1);
+      return Vec3{cosine * (1 + off) - sine * along, sine * (1 + off) + cosine * along, 1} * depth;
+    };
+    const double length = std::ldexp(random.between(0, 1), 4 - random.below(40)), start = random.between(-2, 2);
+    const Vec3 a = point(start), b = point(start + length);
+    clear += off > 1e-9 && length > 1e-3 ? 1 : 0;
+    if (!accel::misses_disc(a, b)) continue;
+    ++missing;
+    for (int k = 0; k <= 8; ++k) {
+      // In extended precision enough is left of a distance of some roundings.
+      const auto t = static_cast<long double>(k) / 8;
+      const auto mix = [&](double p, double q) { return p + (static_cast<long double>(q) - p) * t; };
+      const long double x = mix(a.x, b.x), y = mix(a.y, b.y), z = mix(a.z, b.z);
+      if (z > 0 && x * x + y * y <= z * z) ++wrong;
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(missing > clear * 9 / 10);
+  CHECK(missing > 10'000);
 }
 
 TEST_CASE("a cell's outline has every silhouette edge that its points find, to the last bit") {
