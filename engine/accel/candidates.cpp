@@ -86,15 +86,16 @@ class Candidates::Search {
     if (projection == nullptr ? shaft.misses(triangles[index])
                               : is_apart(projected(triangles, index, *projection), projection->is_infinite))
       return false;
-    Candidate* candidate = add(id, is_opaque);
-    if (candidate == nullptr) return true;
-    candidate->is_triangle = true;
-    geometry::TriangleVertices& t = candidate->triangle = triangles[index];
+    geometry::TriangleVertices t = triangles[index];
     if (placement != nullptr) {
       const math::Affine& map = placement->local_to_world;
       t = {map.point(t.v0), map.point(t.v1), map.point(t.v2)};
     }
-    return found_.is_dark_ = is_opaque && world_shaft.is_covered_by(t);
+    if (is_opaque && world_shaft.is_covered_by(t)) return found_.is_dark_ = true;
+    Candidate* candidate = add(id, is_opaque);
+    if (candidate == nullptr) return true;
+    candidate->is_triangle = true, candidate->triangle = t;
+    return false;
   }
 
   bool add_silhouette(const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,

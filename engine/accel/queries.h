@@ -27,9 +27,9 @@ struct Hit {
 std::optional<Hit> closest_hit(const World& world, const Ray& ray,
                                double limit = std::numeric_limits<double>::infinity());
 
+inline constexpr std::size_t bundle_width = 8;
 /// The same of up to bundle_width rays at once that leave `self`, with a place for each to find: rays that lie close
 /// together and go into one octant share most of the way through the structure.
-inline constexpr std::size_t bundle_width = 8;
 void closest_hits(const World& world, std::span<const geometry::PreparedRay> rays, const SurfaceId& self,
                   std::optional<Hit>* hits);
 

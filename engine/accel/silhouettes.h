@@ -86,8 +86,9 @@ class EdgeList {
   void add(const OwnedTriangles& triangles, std::uint32_t triangle, std::uint32_t edge);
   std::size_t size() const { return size_; }
 
-  /// Appends the edges that are silhouettes and not beside the square; triangles that are `self` count for nothing. To
-  /// the last bit what Candidates finds without a list. All edges but those of `self` lie before the plane.
+  /// Appends the edges that are silhouettes and neither beside the square nor on a line that misses the disc; triangles
+  /// that are `self` count for nothing. To the last bit what Candidates finds without a list. All edges but those of
+  /// `self` lie before the plane.
   void append(const Projection& projection, const SurfaceId& self, std::vector<SilhouetteEdge>& silhouette) const;
 
   static constexpr std::size_t width = 8;

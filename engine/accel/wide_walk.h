@@ -77,8 +77,7 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
 /// The same of up to bundle_width rays at once, which all leave `self`, with a place for each to find.
 void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                      std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest);
-/// Returns the rays that met
-/// something opaque, one bit each; one by one they would.
+/// Likewise, with `crossed` for each; returns the rays that met something opaque, one bit each.
 unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                         std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
                         Crossed* crossed);

@@ -34,10 +34,11 @@ class Integrator {
   };
   /// `ray.direction` is unit; `key` names the camera sample; every soft light gets `sampling`.
   Sample trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key);
-  /// The same where it is known what the ray meets, as of up to accel::bundle_width rays at once `camera_hits` finds.
-  void camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits);
+  /// The same where it is known what the ray meets.
   Sample trace(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const DiscSampling& sampling,
                const sampling::Key& key);
+  /// What up to accel::bundle_width camera rays at once meet, with a place for each to find.
+  void camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits);
 
   const Counters& counters() const { return counters_; }
 
