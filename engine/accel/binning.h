@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -14,25 +13,26 @@ inline constexpr std::size_t bin_count = 16;
 
 enum class Shape : std::uint32_t { triangle, sphere, other };
 
+/// Of the compiler, for every instruction set: wider ones would hardly pay.
+using Floats [[gnu::vector_size(16)]] = float;
+using Integers [[gnu::vector_size(16)]] = std::int32_t;
+inline Floats min(Floats a, Floats b) { return a < b ? a : b; }
+
 /// The box of lower corner and negated upper corner: including is a minimum. The fourth lane of each is spare.
 struct Box {
-  float lower[4]{HUGE_VALF, HUGE_VALF, HUGE_VALF, 0}, minus_upper[4]{HUGE_VALF, HUGE_VALF, HUGE_VALF, 0};
+  Floats lower{HUGE_VALF, HUGE_VALF, HUGE_VALF, 0}, minus_upper = lower;
 
-  void include(const float* low, const float* minus_high) {
-    for (int i = 0; i < 4; ++i) lower[i] = low[i] < lower[i] ? low[i] : lower[i];
-    for (int i = 0; i < 4; ++i) minus_upper[i] = minus_high[i] < minus_upper[i] ? minus_high[i] : minus_upper[i];
-  }
-  void include(const Box& box) { include(box.lower, box.minus_upper); }
+  void include(const Box& box) { lower = min(box.lower, lower), minus_upper = min(box.minus_upper, minus_upper); }
   float width(int axis) const { return -minus_upper[axis] - lower[axis]; }
   float half_area() const { return width(0) * width(1) + width(1) * width(2) + width(2) * width(0); }
 };
 
 /// Box of an entry, and in the spare lanes which entry it is.
 struct Reference {
-  float lower[4], minus_upper[4];
-  std::uint32_t index() const { return std::bit_cast<std::uint32_t>(lower[3]); }
-  Shape shape() const { return static_cast<Shape>(std::bit_cast<std::uint32_t>(minus_upper[3])); }
-  float doubled_centre(int axis) const { return lower[axis] - minus_upper[axis]; }
+  Box box;
+  std::uint32_t index() const { return std::bit_cast<std::uint32_t>(box.lower[3]); }
+  Shape shape() const { return static_cast<Shape>(std::bit_cast<std::uint32_t>(box.minus_upper[3])); }
+  float doubled_centre(int axis) const { return box.lower[axis] - box.minus_upper[axis]; }
 };
 
 using Range = std::span<Reference>;
@@ -41,30 +41,20 @@ using Range = std::span<Reference>;
 struct Extent {
   Box box, centres;
   std::size_t others = 0;
-  void include(const Reference& r) {
-    box.include(r.lower, r.minus_upper);
-    const float c[4]{r.doubled_centre(0), r.doubled_centre(1), r.doubled_centre(2), 0};
-    const float minus[4]{-c[0], -c[1], -c[2], 0};
-    centres.include(c, minus);
-    others += r.shape() == Shape::other ? 1 : 0;
-  }
   void include(const Extent& e) { box.include(e.box), centres.include(e.centres), others += e.others; }
 };
+Extent extent_of(Range range);
 
+/// Of the entries in each bin, by axis: their box and how many there are.
 struct Bins {
-  std::array<std::array<Box, bin_count>, 3> box;
-  std::array<std::array<std::uint32_t, bin_count>, 3> count{};
-};
-
-struct Split {
-  int axis = -1;
-  int bin = 0;  // entries in bins below go left
-  float cost = HUGE_VALF;
+  Box box[bin_count][3];
+  Integers count[bin_count]{};  // the fourth is spare
+  void include(const Bins& other);
 };
 
 /// Maps (doubled) centres to bins.
 struct Binning {
-  float lower[3], scale[3];
+  Floats lower{}, scale{};
   explicit Binning(const Box& centres) {
     for (int axis = 0; axis < 3; ++axis) {
       lower[axis] = centres.lower[axis];
@@ -72,34 +62,19 @@ struct Binning {
       scale[axis] = std::isfinite(s) ? s : 0;
     }
   }
-  std::size_t bin(const Reference& r, int axis) const {
-    const float x = (r.doubled_centre(axis) - lower[axis]) * scale[axis];
-    return std::min(bin_count - 1, static_cast<std::size_t>(x));
-  }
 };
+Bins bins_of(Range range, const Binning& binning);
 
-inline Split best_split(const Bins& bins, const Binning& binning, std::size_t total) {
-  Split best;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (binning.scale[axis] == 0) continue;
-    const auto& box = bins.box[static_cast<std::size_t>(axis)];
-    const auto& count = bins.count[static_cast<std::size_t>(axis)];
-    std::array<float, bin_count> cost_left{};
-    Box side;
-    std::size_t entries = 0;
-    for (std::size_t i = 0; i + 1 < bin_count; ++i) {
-      side.include(box[i]), entries += count[i];
-      cost_left[i + 1] = entries == 0 ? HUGE_VALF : side.half_area() * static_cast<float>(entries);
-    }
-    side = {}, entries = 0;
-    for (std::size_t i = bin_count - 1; i >= 1; --i) {
-      side.include(box[i]), entries += count[i];
-      if (entries == 0 || entries == total) continue;
-      const float cost = cost_left[i] + side.half_area() * static_cast<float>(entries);
-      if (cost < best.cost) best = {axis, static_cast<int>(i), cost};
-    }
-  }
-  return best;
-}
+struct Split {
+  int axis = -1;
+  int bin = 0;  // entries in bins below go left
+  float cost = HUGE_VALF;
+};
+Split best_split(const Bins& bins);
+
+/// Writes the entries left of the split to the front of `to`, of the same size, and the others behind them, both in
+/// their order. Needs the bins to tell how many go left, and tells it.
+std::size_t partition(std::span<const Reference> range, const Binning& binning, const Bins& bins, const Split& split,
+                      Reference* to);
 
 }  // namespace penumbra::accel

@@ -17,11 +17,13 @@ struct Cone {
 };
 using PossibleCone = std::optional<Cone>;
 
-double angle_between(const Vec3& a, const Vec3& b) {
-  // 2·asin(|a − b|/2) ≤ |a − b|·(1 + |a − b|²/8): an upper bound below two thirds of a right angle, without a libm
-  // call.
-  const double chord = math::length(a - b);
-  return chord * (1 + chord * chord / 8) + rounding;
+/// Between unit vectors that far apart: 2·asin(chord/2) ≤ chord·(1 + chord²/8), an upper bound below two thirds of a
+/// right angle, without a libm call.
+double angle_of(double chord) { return chord * (1 + chord * chord / 8) + rounding; }
+
+PossibleCone not_too_wide(const Cone& cone) {
+  constexpr double widest = 1.0;  // radians: beyond, hardly any point sees all normals from one side
+  return cone.angle < widest ? PossibleCone(cone) : std::nullopt;
 }
 
 /// The cone around the mean of the axes.
@@ -34,10 +36,9 @@ PossibleCone around(std::span<const PossibleCone> cones) {
   if (!(math::length(sum) > 0.1 * static_cast<double>(cones.size()))) return std::nullopt;
   Cone result{math::normalize(sum), 0};
   for (const PossibleCone& cone : cones) {
-    result.angle = std::max(result.angle, angle_between(result.axis, cone->axis) + cone->angle);
+    result.angle = std::max(result.angle, angle_of(math::length(result.axis - cone->axis)) + cone->angle);
   }
-  constexpr double largest = 1.0;  // radians: beyond, hardly any point sees all normals from one side
-  return result.angle < largest ? PossibleCone(result) : std::nullopt;
+  return not_too_wide(result);
 }
 
 void put(const PossibleCone& cone, std::size_t lane, NormalCones::Cones& cones) {
@@ -49,21 +50,43 @@ void put(const PossibleCone& cone, std::size_t lane, NormalCones::Cones& cones) 
   cones.sine[lane] = static_cast<float>(cone ? std::sqrt(1 - cosine * cosine) + rounding : 1);
 }
 
-/// Of the triangle and its neighbours.
-PossibleCone cone_of(const TriangleSet& triangles, std::uint32_t index, std::span<const PossibleCone> normals) {
-  const auto& [a, b, c] = triangles.neighbours[index];
-  constexpr std::uint32_t none = TriangleSet::no_neighbour;
-  if (a == none || b == none || c == none) return std::nullopt;
-  const PossibleCone around_it[]{normals[index], normals[a], normals[b], normals[c]};
-  return around(around_it);
+/// Unit; no numbers for a sliver, whose normal is all rounding.
+Vec3 normal_or_none(const geometry::TriangleVertices& t) {
+  const Vec3 e = t.v1 - t.v0, f = t.v2 - t.v0, n = math::cross(e, f);
+  const double square = math::dot(n, n);
+  if (!(square > rounding * rounding * math::dot(e, e) * math::dot(f, f))) return {NAN, NAN, NAN};
+  return n * (1 / std::sqrt(square));
 }
 
-PossibleCone normal_cone(const geometry::TriangleVertices& t) {
-  const Vec3 e = t.v1 - t.v0, f = t.v2 - t.v0, n = math::cross(e, f);
-  // A sliver's normal is all rounding.
-  if (!(math::length(n) > rounding * math::length(e) * math::length(f))) return std::nullopt;
-  return Cone{math::normalize(n), rounding};
-}
+/// The normals of some triangles and of their neighbours.
+class Normals {
+ public:
+  void add(const TriangleSet& triangles, std::uint32_t index, const std::vector<Vec3>& normals) {
+    add(normals[index]);
+    for (const std::uint32_t neighbour : triangles.neighbours[index]) {
+      add(neighbour == TriangleSet::no_neighbour ? Vec3{NAN, NAN, NAN} : normals[neighbour]);
+    }
+  }
+
+  /// Around their mean; nothing where one is no number.
+  PossibleCone cone() const {
+    Vec3 sum;
+    for (std::size_t i = 0; i < count_; ++i) sum += normals_[i];
+    if (!(math::length(sum) > 0.1 * static_cast<double>(count_))) return std::nullopt;
+    const Vec3 axis = math::normalize(sum);
+    double square = 0;  // of the longest chord
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Vec3 chord = normals_[i] - axis;
+      square = std::max(square, math::dot(chord, chord));
+    }
+    return not_too_wide({axis, angle_of(std::sqrt(square)) + rounding});
+  }
+
+ private:
+  void add(const Vec3& normal) { normals_[count_++] = normal; }
+  std::array<Vec3, 4 * WideTree::width> normals_;
+  std::size_t count_ = 0;
+};
 
 /// The vertex of `triangle` that is not on its edge with `neighbour`.
 const Vec3& vertex_across(const TriangleSet& triangles, std::uint32_t triangle, std::uint32_t neighbour) {
@@ -74,28 +97,32 @@ const Vec3& vertex_across(const TriangleSet& triangles, std::uint32_t triangle, 
 
 }  // namespace
 
-NormalCones::NormalCones(const WideTree& tree, const TriangleSet& triangles)
+NormalCones::NormalCones(const WideTree& tree, const TriangleSet& triangles, const ParallelFor& parallel_for)
     : of_nodes_(tree.nodes().size()), beside_blocks_(tree.triangle_blocks().size()) {
-  std::vector<PossibleCone> normals(triangles.size());
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) normals[i] = normal_cone(triangles[i]);
+  std::vector<Vec3> normals(triangles.size());
+  in_chunks(normals.size(), parallel_for, [&](std::size_t, std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) normals[i] = normal_or_none(triangles[static_cast<std::uint32_t>(i)]);
+  });
   std::vector<PossibleCone> whole_block(beside_blocks_.size()), whole_node(of_nodes_.size());
-  for (std::size_t i = 0; i < beside_blocks_.size(); ++i) {
+  const auto look_at_block = [&](std::size_t i) {
     const WideTree::TriangleBlock& block = tree.triangle_blocks()[i];
     std::ranges::fill(std::span(&beside_blocks_[i].vertex[0][0][0], 9 * WideTree::width), NAN);
-    std::array<PossibleCone, WideTree::width> lanes;
-    std::size_t count = 0;
-    for (; count < WideTree::width && !std::isnan(block.vertex[0][0][count]); ++count) {
-      lanes[count] = cone_of(triangles, block.triangle[count], normals);
+    Normals all;
+    for (std::size_t lane = 0; lane < WideTree::width && !std::isnan(block.vertex[0][0][lane]); ++lane) {
+      const std::uint32_t triangle = block.triangle[lane];
+      all.add(triangles, triangle, normals);
       for (std::size_t e = 0; e < 3; ++e) {
-        const std::uint32_t other = triangles.neighbours[block.triangle[count]][e];
+        const std::uint32_t other = triangles.neighbours[triangle][e];
         if (other == TriangleSet::no_neighbour) continue;
-        const Vec3 vertex = vertex_across(triangles, other, block.triangle[count]) - tree.origin();
-        for (int axis = 0; axis < 3; ++axis)
-          beside_blocks_[i].vertex[e][axis][count] = static_cast<float>(vertex[axis]);
+        const Vec3 vertex = vertex_across(triangles, other, triangle) - tree.origin();
+        for (int axis = 0; axis < 3; ++axis) beside_blocks_[i].vertex[e][axis][lane] = static_cast<float>(vertex[axis]);
       }
     }
-    whole_block[i] = around({lanes.data(), count});
-  }
+    whole_block[i] = all.cone();
+  };
+  in_chunks(whole_block.size(), parallel_for, [&](std::size_t, std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) look_at_block(i);
+  });
   // Children stand behind their parents.
   for (std::size_t i = of_nodes_.size(); i-- > 0;) {
     std::array<PossibleCone, WideTree::width> lanes;

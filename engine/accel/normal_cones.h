@@ -24,7 +24,7 @@ class NormalCones {
 
   NormalCones() = default;
   /// The triangles' neighbours must be known.
-  NormalCones(const WideTree& tree, const TriangleSet& triangles);
+  NormalCones(const WideTree& tree, const TriangleSet& triangles, const ParallelFor& parallel_for);
 
   const Cones& of_node(std::uint32_t index) const { return of_nodes_[index]; }
   const Flanks& beside_block(std::uint32_t index) const { return beside_blocks_[index]; }

@@ -15,7 +15,6 @@ constexpr std::size_t leaf_capacity = WideTree::width;
 constexpr std::size_t weight_of_other = 4;
 // Below this level ranges are halved by count, which bounds the depth of any tree (see WideTree::stack_size).
 constexpr int depth_of_sah = 48;
-constexpr std::ptrdiff_t chunk = 1 << 14;  // entries a task takes when a pass over a range is shared
 
 struct Part {
   Range range;
@@ -36,9 +35,10 @@ class WideBuilder {
       : triangles_(triangles), others_(others), parallel_for_(parallel_for), tree_(tree) {}
 
   void build() {
-    std::vector<Reference> references = make_references();
-    const Part whole{references, extent_of(references)};
-    task_size_ = std::max<std::size_t>(static_cast<std::size_t>(chunk), references.size() / 32);
+    references_[0] = make_references();
+    references_[1].resize(references_[0].size());
+    const Part whole{references_[0], extent_of(references_[0])};
+    task_size_ = std::max(chunk, whole.range.size() / 32);
     tree_.leaves_.push_back({});
     tree_.root_ = add(whole, 0, tree_, whole.range.size() > 2 * task_size_);
     std::vector<WideTree> built(tasks_.size());
@@ -48,7 +48,7 @@ class WideBuilder {
       built[k].leaves_.push_back({});
       roots[k] = add(tasks_[k].part, tasks_[k].depth, built[k], false);
     });
-    references = {};
+    references_ = {};
     reserve(built);
     for (std::size_t k = 0; k < tasks_.size(); ++k) {
       tree_.nodes_[tasks_[k].node].child[tasks_[k].lane] = append(std::move(built[k]), roots[k]);
@@ -67,15 +67,14 @@ class WideBuilder {
     std::vector<Reference> references(triangle_count + others_.size());
     const auto fill = [&](Reference& r, const math::Bounds& box, std::size_t index, Shape shape) {
       for (int axis = 0; axis < 3; ++axis) {
-        r.lower[axis] = rounded_down(box.lower[axis] - tree_.origin_[axis]);
-        r.minus_upper[axis] = -rounded_up(box.upper[axis] - tree_.origin_[axis]);
+        r.box.lower[axis] = rounded_down(box.lower[axis] - tree_.origin_[axis]);
+        r.box.minus_upper[axis] = -rounded_up(box.upper[axis] - tree_.origin_[axis]);
       }
-      r.lower[3] = std::bit_cast<float>(static_cast<std::uint32_t>(index));
-      r.minus_upper[3] = std::bit_cast<float>(static_cast<std::uint32_t>(shape));
+      r.box.lower[3] = std::bit_cast<float>(static_cast<std::uint32_t>(index));
+      r.box.minus_upper[3] = std::bit_cast<float>(static_cast<std::uint32_t>(shape));
     };
-    in_chunks(static_cast<std::ptrdiff_t>(references.size()), [&](std::ptrdiff_t, std::ptrdiff_t from,
-                                                                  std::ptrdiff_t to) {
-      for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
+    in_chunks(references.size(), parallel_for_, [&](std::size_t, std::size_t from, std::size_t to) {
+      for (std::size_t i = from; i < to; ++i) {
         if (i < triangle_count) {
           fill(references[i], triangles_.bounds_of(static_cast<std::uint32_t>(i)), i, Shape::triangle);
         } else {
@@ -87,91 +86,60 @@ class WideBuilder {
     return references;
   }
 
-  /// Calls use(chunk's number, from, to) for each chunk of [0, count), on several threads if it pays.
-  template <class Use>
-  void in_chunks(std::ptrdiff_t count, const Use& use) const {
-    const std::ptrdiff_t chunks = (count + chunk - 1) / chunk;
-    const auto task = [&](std::int64_t i) { use(i, i * chunk, std::min(count, (i + 1) * chunk)); };
-    if (chunks > 1) {
-      parallel_for_(chunks, task);
-    } else if (chunks == 1) {
-      task(0);
-    }
+  /// The sum of find(part of the range) over its parts, on several threads if it pays.
+  template <class Find>
+  auto sum_over(Range range, const Find& find) const {
+    if (range.size() <= std::max(chunk, task_size_)) return find(range);
+    std::vector<decltype(find(range))> parts(chunks_of(range.size()));
+    in_chunks(range.size(), parallel_for_, [&](std::size_t k, std::size_t from, std::size_t to) {
+      parts[k] = find(range.subspan(from, to - from));
+    });
+    for (std::size_t k = 1; k < parts.size(); ++k) parts.front().include(parts[k]);
+    return parts.front();
   }
 
   Extent extent_of(Range range) const {
-    const auto count = static_cast<std::ptrdiff_t>(range.size());
-    if (count <= chunk || range.size() <= task_size_) {
-      Extent extent;
-      for (const Reference& r : range) extent.include(r);
-      return extent;
-    }
-    std::vector<Extent> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
-    in_chunks(count, [&](std::ptrdiff_t i, std::ptrdiff_t from, std::ptrdiff_t to) {
-      for (auto k = from; k < to; ++k) parts[static_cast<std::size_t>(i)].include(range[static_cast<std::size_t>(k)]);
-    });
-    Extent extent;
-    for (const Extent& part : parts) extent.include(part);
-    return extent;
+    return sum_over(range, [](Range r) { return accel::extent_of(r); });
   }
 
-  static void fill_bins(Range range, const Binning& binning, Bins& bins) {
-    for (const Reference& r : range) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t bin = binning.bin(r, axis);
-        bins.box[static_cast<std::size_t>(axis)][bin].include(r.lower, r.minus_upper);
-        ++bins.count[static_cast<std::size_t>(axis)][bin];
-      }
-    }
-  }
-
-  Bins bins_of(Range range, const Binning& binning) const {
-    Bins bins;
-    const auto count = static_cast<std::ptrdiff_t>(range.size());
-    if (range.size() <= task_size_) {
-      fill_bins(range, binning, bins);
-      return bins;
-    }
-    std::vector<Bins> parts(static_cast<std::size_t>((count + chunk - 1) / chunk));
-    in_chunks(count, [&](std::ptrdiff_t i, std::ptrdiff_t from, std::ptrdiff_t to) {
-      fill_bins(range.subspan(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from)), binning,
-                parts[static_cast<std::size_t>(i)]);
-    });
-    for (const Bins& part : parts) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t b = 0; b < bin_count; ++b) {
-          bins.box[axis][b].include(part.box[axis][b]);
-          bins.count[axis][b] += part.count[axis][b];
-        }
-      }
-    }
-    return bins;
-  }
-
-  std::pair<Part, Part> split(const Part& part, int depth) const {
-    const Range range = part.range;
-    auto middle = range.begin();
+  std::pair<Part, Part> split(const Part& part, int depth) {
+    Range range = part.range;
+    std::size_t left_count = 0;
     if (depth < depth_of_sah) {
       const Binning binning(part.extent.centres);
-      const Split best = best_split(bins_of(range, binning), binning, range.size());
+      const Bins bins = sum_over(range, [&](Range r) { return bins_of(r, binning); });
+      const Split best = best_split(bins);
       if (best.axis >= 0) {
-        middle = std::partition(range.begin(), range.end(), [&](const Reference& r) {
-          return binning.bin(r, best.axis) < static_cast<std::size_t>(best.bin);
-        });
+        Reference* const to = place_beside(range);
+        left_count = partition(range, binning, bins, best, to);
+        range = {to, range.size()};
       }
     }
-    if (middle == range.begin() || middle == range.end()) {
+    if (left_count == 0) {
       const Box& centres = part.extent.centres;
       const float x = centres.width(0), y = centres.width(1), z = centres.width(2);
       const int axis = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
-      middle = range.begin() + static_cast<std::ptrdiff_t>(range.size() / 2);
-      std::nth_element(range.begin(), middle, range.end(), [axis](const Reference& a, const Reference& b) {
-        const float ca = a.doubled_centre(axis), cb = b.doubled_centre(axis);
-        return ca != cb ? ca < cb : a.shape() != b.shape() ? a.shape() < b.shape() : a.index() < b.index();
-      });
+      left_count = range.size() / 2;
+      std::nth_element(
+          range.begin(), range.begin() + static_cast<std::ptrdiff_t>(left_count), range.end(),
+          [axis](const Reference& a, const Reference& b) {
+            const float ca = a.doubled_centre(axis), cb = b.doubled_centre(axis);
+            return ca != cb ? ca < cb : a.shape() != b.shape() ? a.shape() < b.shape() : a.index() < b.index();
+          });
     }
-    const Range left(range.begin(), middle), right(middle, range.end());
+    const Range left = range.first(left_count), right = range.subspan(left_count);
     return {{left, extent_of(left)}, {right, extent_of(right)}};
+  }
+
+  /// Where a range may be copied to and from: the same place in the other of two arrays.
+  Reference* place_beside(Range range) {
+    const auto offset = [&](const std::vector<Reference>& array) {
+      return static_cast<std::size_t>(range.data() - array.data());
+    };
+    const bool is_in_first = std::less_equal<>{}(references_[0].data(), range.data()) &&
+                             std::less<>{}(range.data(), references_[0].data() + references_[0].size());
+    return is_in_first ? references_[1].data() + offset(references_[0])
+                       : references_[0].data() + offset(references_[1]);
   }
 
   /// Adds the part to `tree` and returns its reference; with `defers`, small parts become tasks.
@@ -320,8 +288,9 @@ class WideBuilder {
   std::span<const OtherEntry> others_;
   const ParallelFor& parallel_for_;
   WideTree& tree_;
-  std::size_t task_size_ = static_cast<std::size_t>(chunk);
+  std::size_t task_size_ = chunk;
   std::vector<Task> tasks_;
+  std::array<std::vector<Reference>, 2> references_;  // each range is in one of them, and may be copied to the other
 };
 
 bool WideTree::can_hold(const math::Bounds& bounds) {

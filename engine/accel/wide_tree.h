@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
 
+#include "engine/accel/parallel.h"
 #include "engine/accel/triangle_set.h"
 #include "engine/geometry/quadrics.h"
 #include "engine/math/bounds.h"
@@ -14,10 +14,6 @@
 namespace penumbra::accel {
 
 using math::Vec3;
-
-/// Calls task(0) … task(count − 1), each once, perhaps on several threads; returns when all have returned.
-using ParallelFor = std::function<void(std::int64_t count, const std::function<void(std::int64_t)>& task)>;
-void run_in_turn(std::int64_t count, const std::function<void(std::int64_t)>& task);
 
 /// Something else than a triangle that a tree is built over; `sphere` is set if it is one, in the tree's own space.
 struct OtherEntry {

@@ -37,7 +37,7 @@ accel::Structure structure_over(const accel::TriangleSet& triangles, std::span<c
   if (acceleration == scene::Acceleration::bvh && accel::WideTree::can_hold(bounds_of(triangles, others))) {
     const auto tree = std::make_shared<const accel::WideTree>(triangles, others, parallel_for);
     if (triangles.neighbours.empty()) return {nullptr, tree, nullptr};
-    return {nullptr, tree, std::make_shared<const accel::NormalCones>(*tree, triangles)};
+    return {nullptr, tree, std::make_shared<const accel::NormalCones>(*tree, triangles, parallel_for)};
   }
   std::vector<accel::TreeEntry> entries;
   entries.reserve(triangles.size() + others.size());
