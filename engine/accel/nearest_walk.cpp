@@ -41,15 +41,14 @@ HWY_INLINE void walk_in_order(const WideTree& tree, std::uint32_t current, const
           current = node.child[first_lane];
           continue;
         }
-        const std::size_t first = count;
-        stack[count++] = {node.child[first_lane], near[first_lane]};
+        std::size_t nearest = first_lane;
         for (; hits != 0; hits &= hits - 1) {
           const auto i = static_cast<std::size_t>(std::countr_zero(hits));
-          std::size_t place = count++;
-          for (; place > first && stack[place - 1].near < near[i]; --place) stack[place] = stack[place - 1];
-          stack[place] = {node.child[i], near[i]};
+          const std::size_t both = i ^ nearest;
+          nearest ^= near[i] < near[nearest] ? both : 0;
+          stack[count++] = {node.child[nearest ^ both], near[nearest ^ both]};
         }
-        current = stack[--count].child;
+        current = node.child[nearest];
         continue;
       }
     } else {
