@@ -6,12 +6,6 @@
 
 namespace penumbra::render {
 
-int available_cores() {
-  cpu_set_t allowed;
-  if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) return std::max(1, CPU_COUNT(&allowed));
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
 struct Pool::Batch {
   const std::function<void(std::int64_t)>* task;
   std::int64_t count;

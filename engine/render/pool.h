@@ -10,9 +10,6 @@
 
 namespace penumbra::render {
 
-/// The machine's processors this process may use, at least 1.
-int available_cores();
-
 /// A fixed number of threads shared fairly by every render that runs on them: a free thread always joins the render
 /// that has the fewest threads at work. May be shared between threads.
 class Pool {

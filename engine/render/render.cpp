@@ -10,6 +10,7 @@
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
 #include "engine/render/compile.h"
+#include "engine/render/cores.h"
 #include "engine/render/refine.h"
 #include "engine/shading/integrator.h"
 

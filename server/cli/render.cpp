@@ -1,4 +1,5 @@
 #include "engine/render/render.h"
+#include "engine/render/cores.h"
 
 #include <CLI/CLI.hpp>
 #include <chrono>

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 
+#include "engine/render/cores.h"
 #include "engine/render/render.h"
 #include "server/access/key_ring.h"
 #include "server/cli/command.h"

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "engine/output/encode.h"
+#include "engine/render/cores.h"
 #include "tests/support/picture.h"
 #include "tests/support/scenes.h"
 
