@@ -62,7 +62,7 @@ std::size_t memory_of(const SceneSize& size, const JobRequest& request, std::int
   // same time, what the tree is built from.
   constexpr std::size_t read_triangle = 12, read_position = 24;
   constexpr std::size_t compiled_triangle = 72, smooth_triangle = 72 + 24, leaf_triangle = 80, tree_nodes = 72;
-  constexpr std::size_t build_reference = 80;
+  constexpr std::size_t build_reference = 112;
   constexpr std::size_t triangle = read_triangle + compiled_triangle + leaf_triangle + tree_nodes + build_reference;
   constexpr std::size_t primitive = 768, polygon_vertex = read_position + triangle, material = 400, light = 400;
   // The film, the means and errors that refinement keeps, and the bytes of the image.

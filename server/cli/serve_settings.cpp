@@ -140,9 +140,12 @@ std::size_t raise_descriptor_limit() {
 
 ServeSettings::ServeSettings() {
   http.listener.max_connections = 0;
-  // Of a machine or container that has less than twice the usual limit, half goes to one job.
-  if (const std::size_t machine = machine_memory_bytes(); machine > 0)
-    jobs.limits.max_memory_bytes = std::min(jobs.limits.max_memory_bytes, machine / 2);
+  const std::size_t machine = machine_memory_bytes();
+  if (machine == 0) return;
+  // Of a machine or container that has less than twice the usual limit, half goes to one job; a quarter is left for
+  // everything but renders.
+  jobs.limits.max_memory_bytes = std::min(jobs.limits.max_memory_bytes, machine / 2);
+  jobs.max_running_bytes = machine / 4 * 3;
 }
 
 void add_serve_flags(CLI::App& command, ServeSettings& settings) {

@@ -205,7 +205,11 @@ std::optional<api::JobResource> JobManager::cancel(const std::string& id) {
       job->is_cancel_asked = true;
       is_mine = queue_.detach(*job);
     }
-    if (is_mine) end(*job, stopped(StopReason::canceled, 0));
+    if (is_mine) {
+      // What waited behind it may fit.
+      work_available_.notify_all();
+      end(*job, stopped(StopReason::canceled, 0));
+    }
   }
   return find(id);
 }

@@ -2,6 +2,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -27,7 +28,9 @@ struct Settings {
   int jobs = 4;  // renders running at once
   std::size_t max_queued = 256;
   std::size_t max_queued_bytes = 256u << 20;  // of the bodies of waiting jobs
-  std::optional<double> time_limit_s;         // of each render
+  /// Predicted, of all renders that run; one that needs more waits until it can run alone.
+  std::size_t max_running_bytes = std::numeric_limits<std::size_t>::max();
+  std::optional<double> time_limit_s;  // of each render
   api::Limits limits;
   store::Retention retention;
   /// Told of each job that starts and of each render that gave an image, in the thread that runs it.
@@ -138,6 +141,10 @@ class JobManager {
   std::shared_ptr<LiveJob> find_live(const std::string& id) const;
   std::vector<std::shared_ptr<LiveJob>> jobs_of(const SharedRender& render) const;
   int retry_after_s() const;
+  /// Whether a render that needs this much may start beside those that run; needs mutex_ held.
+  bool has_room(std::size_t bytes) const;
+  /// For a render whose need was not known when it was taken: waits until there is room, or it is to stop.
+  void wait_for_room(SharedRender& render, std::size_t bytes);
   /// Both need mutex_ held.
   void add_live(const std::shared_ptr<LiveJob>& job);
   void drop_live(const std::string& id);
@@ -155,6 +162,8 @@ class JobManager {
   std::map<std::string, std::size_t> live_of_;                      // how many of them by owner
   std::unordered_map<SharedRender*, std::shared_ptr<SharedRender>> running_;
   bool is_accepting_ = true, is_stopping_ = false;
+  std::size_t running_bytes_ = 0;  // the sum of what they hold
+  int waiting_for_room_ = 0;
   double average_s_ = 1;  // of recent renders
   Counts totals_;
 

@@ -25,6 +25,8 @@ class RenderQueue {
   /// True when the job takes part no more and is the caller's to end. False when it takes part in nothing, or when it
   /// was the last one of a render that runs: that has been asked to stop, and ends the job.
   bool detach(LiveJob& job);
+  /// Predicted, of the next render; 0 when that is not known, or none waits.
+  std::size_t next_memory_bytes() const { return queue_.empty() ? 0 : queue_.begin()->second->memory_bytes(); }
   /// The next render, which runs from now on; nothing when none waits.
   std::shared_ptr<SharedRender> take_next();
   /// Nobody joins any more: the jobs that take part are the caller's to end.

@@ -18,12 +18,35 @@ void JobManager::run_jobs(const std::stop_token& stop) {
     std::shared_ptr<SharedRender> render;
     {
       std::unique_lock lock(mutex_);
-      if (!work_available_.wait(lock, stop, [&] { return !queue_.is_empty(); })) return;
+      // The first waits for room rather than being passed by smaller ones for ever.
+      const auto may_take = [&] {
+        return !queue_.is_empty() && waiting_for_room_ == 0 && has_room(queue_.next_memory_bytes());
+      };
+      if (!work_available_.wait(lock, stop, may_take)) return;
       render = queue_.take_next();
+      render->held_bytes = render->memory_bytes();
+      running_bytes_ += render->held_bytes;
       running_.emplace(render.get(), render);
     }
     run(render);
   }
+}
+
+bool JobManager::has_room(std::size_t bytes) const {
+  return running_bytes_ == 0 ||
+         (bytes <= settings_.max_running_bytes && running_bytes_ <= settings_.max_running_bytes - bytes);
+}
+
+void JobManager::wait_for_room(SharedRender& render, std::size_t bytes) {
+  constexpr auto pause = std::chrono::milliseconds(20);
+  std::unique_lock lock(mutex_);
+  ++waiting_for_room_;
+  // Whoever asks it to stop wakes nobody here.
+  while (!has_room(bytes) && !render.stop_reason()) work_available_.wait_for(lock, pause);
+  --waiting_for_room_;
+  render.held_bytes = bytes;
+  running_bytes_ += bytes;
+  work_available_.notify_all();
 }
 
 std::vector<std::shared_ptr<LiveJob>> JobManager::jobs_of(const SharedRender& render) const {
@@ -56,8 +79,10 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
     const std::lock_guard lock(mutex_);
     jobs = queue_.close(*render);
     running_.erase(render.get());
+    running_bytes_ -= render->held_bytes;
     average_s_ += (took_s - average_s_) / 8;
   }
+  work_available_.notify_all();
   for (const std::shared_ptr<LiveJob>& job : jobs) {
     if (!ending) {
       leave(*job);
@@ -90,6 +115,7 @@ void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render
 std::optional<store::Ending> JobManager::start_and_render(const std::shared_ptr<SharedRender>& render) {
   const std::unique_ptr<api::JobRequest> request = request_of(*render);
   if (!request) return stopped(StopReason::canceled, 0);
+  if (render->memory_bytes() == 0) wait_for_room(*render, api::estimate_cost(*request).memory_bytes);
   render->start(request->options.width, request->options.height);
   for (const std::shared_ptr<LiveJob>& job : jobs_of(*render)) start(*job, render);
   return rendered(*render, *request);

@@ -17,6 +17,7 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 SharedRender::SharedRender(std::string spec_hash, std::unique_ptr<api::JobRequest> request, std::size_t body_bytes)
     : spec_hash_(std::move(spec_hash)),
       body_bytes_(body_bytes),
+      memory_bytes_(request ? api::estimate_cost(*request).memory_bytes : 0),
       time_budget_s_(request ? request->options.time_budget_s.value_or(0) : 0),
       request_(std::move(request)) {}
 

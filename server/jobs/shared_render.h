@@ -28,6 +28,8 @@ class SharedRender {
   /// Empty when no other job can join.
   const std::string& spec_hash() const { return spec_hash_; }
   std::size_t body_bytes() const { return body_bytes_; }
+  /// Predicted; 0 while the request is in the store alone.
+  std::size_t memory_bytes() const { return memory_bytes_; }
   /// Progress out of the render, a cancel into it.
   render::Control control;
 
@@ -52,10 +54,11 @@ class SharedRender {
   std::string first_id;                        // of the job it was made for
   QueueKey key;                                // where it waits
   bool is_running = false;
+  std::size_t held_bytes = 0;  // of the memory for renders, while it runs
 
  private:
   const std::string spec_hash_;
-  const std::size_t body_bytes_;
+  const std::size_t body_bytes_, memory_bytes_;
   const double time_budget_s_;  // 0: none
   std::unique_ptr<api::JobRequest> request_;
 

@@ -1,53 +1,65 @@
-// How many processors a control group leaves: files as Linux has them, in a folder of our own.
+// How many processors control groups leave: files as Linux has them, in a folder of our own.
 #include "engine/render/cores.h"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 
 #include "tests/support/temporary_directory.h"
 
 using namespace penumbra;
-namespace fs = std::filesystem;
 
 namespace {
 
-void write(const fs::path& file, const char* text) {
-  fs::create_directories(file.parent_path());
-  std::ofstream(file) << text;
-}
+class Machine {
+ public:
+  void write(const std::string& file, const std::string& text) {
+    const std::filesystem::path path = folder_ / file;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+  }
+  int cores() const { return render::available_cores(folder_ / "."); }
+
+ private:
+  test::TemporaryDirectory folder_;
+};
 
 }  // namespace
 
-TEST_CASE("a control group grants what its files say, and what those around it leave") {
-  const test::TemporaryDirectory folder;
-  const fs::path root = folder.path();
-  CHECK_FALSE(render::granted_cores(root / "no/such", root));
-
-  write(root / "two/cpu.max", "max 100000\n");
-  CHECK_FALSE(render::granted_cores(root / "two", root));
-  write(root / "two/slice/cpu.max", "150000 100000\n");
-  CHECK(render::granted_cores(root / "two/slice", root) == 2);
-  write(root / "two/slice/job/cpu.max", "max 100000\n");
-  CHECK(render::granted_cores(root / "two/slice/job", root) == 2);
-  write(root / "two/slice/job/cpu.max", "20000 100000\n");
-  CHECK(render::granted_cores(root / "two/slice/job", root) == 1);
-  // The file of a container's own group is at the root, whatever the group is called outside.
-  write(root / "cpu.max", "300000 100000\n");
-  CHECK(render::granted_cores(root / "docker/0123", root) == 3);
-  CHECK(render::granted_cores(root / "two/slice", root) == 2);
-
-  write(root / "one/cpu.cfs_quota_us", "-1\n");
-  write(root / "one/cpu.cfs_period_us", "100000\n");
-  CHECK_FALSE(render::granted_cores(root / "one", root / "one"));
-  write(root / "one/cpu.cfs_quota_us", "250000\n");
-  CHECK(render::granted_cores(root / "one", root / "one") == 3);
-  write(root / "one/cpu.cfs_period_us", "0\n");
-  CHECK_FALSE(render::granted_cores(root / "one", root / "one"));
-  for (const char* text : {"", "x", "100000", "-5 100000", "5 -100000"}) {
-    write(root / "odd/cpu.max", text);
-    CHECK_FALSE(render::granted_cores(root / "odd", root / "odd"));
+TEST_CASE("processors are those that control groups grant, of version 2") {
+  const int all = render::available_cores();
+  REQUIRE(all >= 1);
+  Machine machine;
+  CHECK(machine.cores() == all);
+  machine.write("proc/self/cgroup", "0::/slice/job\n");
+  CHECK(machine.cores() == all);
+  machine.write("sys/fs/cgroup/slice/job/cpu.max", "max 100000\n");
+  machine.write("sys/fs/cgroup/slice/cpu.max", "100000000 100000\n");
+  CHECK(machine.cores() == all);
+  machine.write("sys/fs/cgroup/slice/cpu.max", "100000 100000\n");
+  CHECK(machine.cores() == 1);
+  machine.write("sys/fs/cgroup/slice/cpu.max", "1000 100000\n");
+  CHECK(machine.cores() == 1);
+  machine.write("sys/fs/cgroup/slice/cpu.max", "110000 100000\n");
+  CHECK(machine.cores() == std::min(all, 2));
+  for (const char* odd : {"", "x", "100000", "-5 100000", "5 -100000", "5 0"}) {
+    machine.write("sys/fs/cgroup/slice/cpu.max", odd);
+    CHECK(machine.cores() == all);
   }
+  // The file of a container's own group is at the top, whatever the group is called outside.
+  machine.write("sys/fs/cgroup/cpu.max", "50000 100000\n");
+  CHECK(machine.cores() == 1);
 }
 
-TEST_CASE("there is at least one processor") { CHECK(render::available_cores() >= 1); }
+TEST_CASE("processors are those that control groups grant, of version 1") {
+  const int all = render::available_cores();
+  Machine machine;
+  machine.write("proc/self/cgroup", "3:memory:/job\n2:cpuset:/job\n1:cpu,cpuacct:/job\n");
+  machine.write("sys/fs/cgroup/cpu/job/cpu.cfs_period_us", "100000\n");
+  machine.write("sys/fs/cgroup/cpu/job/cpu.cfs_quota_us", "-1\n");
+  CHECK(machine.cores() == all);
+  machine.write("sys/fs/cgroup/cpu/job/cpu.cfs_quota_us", "60000\n");
+  CHECK(machine.cores() == 1);
+}

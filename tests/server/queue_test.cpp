@@ -59,6 +59,45 @@ TEST_CASE("the bodies of waiting jobs have a budget too") {
   CHECK(accepted < 10);
 }
 
+TEST_CASE("what needs more memory than is left waits in the queue") {
+  jobs::Settings settings = settings_for(3, 10);
+  settings.max_running_bytes = 1;  // for one at a time, whatever it needs
+  const TestServer server(settings);
+  const std::string running = server.submit(endless_job());
+  REQUIRE(server.reaches(running, "running"));
+  const std::string first = server.submit(another_job()), second = server.submit(another_job());
+  CHECK(server.job(first).at("queue_position") == 1);
+  CHECK(server.job(second).at("queue_position") == 2);
+  call(server.port(), "POST", "/v1/jobs/" + second + "/cancel");
+  CHECK(server.state_of(second) == "canceled");
+  call(server.port(), "POST", "/v1/jobs/" + running + "/cancel");
+  REQUIRE(server.reaches(first, "succeeded"));
+  CHECK(server.job(first).at("started_at") >= server.job(running).at("finished_at"));
+}
+
+TEST_CASE("renders found in the store wait for memory too") {
+  TestStore store;
+  render::Pool pool(1);
+  std::vector<std::string> ids;
+  {
+    jobs::JobManager manager(settings_for(1, 10), store, pool);
+    for (const std::string& body : {endless_job(), another_job(), another_job()})
+      ids.push_back(manager.submit(body, std::nullopt).job.id);
+  }
+  jobs::Settings settings = settings_for(3, 10);
+  settings.max_running_bytes = 1;
+  jobs::JobManager manager(settings, store, pool);
+  const auto state = [&](const std::string& id) { return manager.find(id)->state; };
+  REQUIRE(eventually([&] { return state(ids[0]) == api::JobState::running; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  CHECK(state(ids[1]) == api::JobState::queued);
+  // One that waits for memory can be canceled.
+  manager.cancel(ids[1]);
+  CHECK(eventually([&] { return state(ids[1]) == api::JobState::canceled; }));
+  manager.cancel(ids[0]);
+  CHECK(eventually([&] { return state(ids[2]) == api::JobState::succeeded; }));
+}
+
 TEST_CASE("higher priorities go first, equal ones in order") {
   const TestServer server(settings_for(1, 10));
   const std::string running = server.submit(endless_job());
