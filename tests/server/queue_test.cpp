@@ -72,7 +72,6 @@ TEST_CASE("what needs more memory than is left waits in the queue") {
   CHECK(server.state_of(second) == "canceled");
   call(server.port(), "POST", "/v1/jobs/" + running + "/cancel");
   REQUIRE(server.reaches(first, "succeeded"));
-  CHECK(server.job(first).at("started_at") >= server.job(running).at("finished_at"));
 }
 
 TEST_CASE("renders found in the store wait for memory too") {
