@@ -178,7 +178,8 @@ class Candidates::Search {
     if (id == self_.item && (leaves_self_ || item.kind == Kind::plane)) return false;
     if (item.placement == not_placed) {
       if (item.kind == Kind::plane && shaft.misses(world_.planes[item.index])) return false;
-      if (item.kind == Kind::cylinder && shaft.misses(world_.cylinders[item.index])) return false;
+      if (item.kind == Kind::cylinder)
+        return !shaft.misses(world_.cylinders[item.index]) && add_other(id, item.is_opaque);
       if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
       if (item.kind == Kind::sphere) {
         const geometry::SphereShape& sphere = world_.spheres[item.index];

@@ -136,12 +136,13 @@ class CellContents::Search {
     const auto at_triangle = [&](std::uint32_t triangle, const RegionVisitor::EdgeFlags&) {
       if (triangle == self_triangle || region->miss(world_.triangles[triangle])) return false;
       if (owned.is_opaque(triangle) && covers(world_.triangles[triangle])) return is_dark_ = true;
-      return add(triangle, found_.triangles_, found_.triangle_count_);
+      if (found_.triangle_count_ < triangle_capacity) found_.triangles_[found_.triangle_count_++] = triangle;
+      return is_hopeless();
     };
     std::ranges::any_of(world_.infinite_items, at_other) ||
         search(world_.structure, *region, nullptr, at_triangle, at_other, [] {});
     if (is_dark_) return Verdict::dark;
-    if (met_ > found_.triangle_count_ + found_.other_count_ || found_.other_count_ > listed_others)
+    if (met_ > found_.triangle_count_ + found_.others_.size() || found_.others_.size() > listed_others)
       return Verdict::unknown;
     return met_ == 0 ? Verdict::lit : Verdict::listed;
   }
@@ -154,15 +155,12 @@ class CellContents::Search {
     if (item.kind == Kind::sphere && item.placement == not_placed && item.is_opaque &&
         covers(world_.spheres[item.index]))
       return is_dark_ = true;
-    return add(id, found_.others_, found_.other_count_);
+    if (found_.others_.size() <= listed_others) found_.others_.push_back(id);
+    return is_hopeless();
   }
 
-  /// True when there is no hope left to find that one surface hides all.
-  template <std::size_t capacity>
-  bool add(std::uint32_t index, std::array<std::uint32_t, capacity>& list, std::uint8_t& count) {
-    if (count < capacity) list[count++] = index;
-    return ++met_ == patience;
-  }
+  /// One more is met: whether there is no hope left to find that one surface hides all.
+  bool is_hopeless() { return ++met_ == patience; }
 
   /// Cell and target are wholly on one side of a plane.
   bool is_beside(const geometry::PlaneShape& plane) const {
@@ -250,7 +248,7 @@ class CellContents::OutlineSearch {
       return;
     }
     // In scene order, as they are wanted.
-    std::sort(found_.others_.begin(), found_.others_.begin() + found_.other_count_);
+    std::ranges::sort(found_.others_);
     std::ranges::sort(pending_);
     found_.outline_->edges.reserve(pending_.size());
     const OwnedTriangles owned(world_);
@@ -267,8 +265,8 @@ class CellContents::OutlineSearch {
       found_.outline_->spheres.add(world_.spheres[item.index], id);
       return found_.outline_->spheres.size() > sphere_capacity;
     }
-    if (found_.other_count_ == other_capacity) return true;
-    found_.others_[found_.other_count_++] = id;
+    if (found_.others_.size() == other_capacity) return true;
+    found_.others_.push_back(id);
     return false;
   }
 

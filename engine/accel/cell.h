@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "engine/accel/half_spaces.h"
 #include "engine/accel/silhouettes.h"
@@ -57,7 +58,7 @@ class CellContents {
   /// Of World::triangles, and of World::items that are no patches; when listed. Beside an outline, no opaque triangles
   /// nor spheres of the outline's.
   std::span<const std::uint32_t> triangles() const { return {triangles_.data(), triangle_count_}; }
-  std::span<const std::uint32_t> others() const { return {others_.data(), other_count_}; }
+  std::span<const std::uint32_t> others() const { return others_; }
   /// Beside the lists of what else may cross a segment.
   const Outline* outline() const { return outline_ ? &*outline_ : nullptr; }
 
@@ -65,10 +66,10 @@ class CellContents {
   class Search;
   class OutlineSearch;
 
-  static constexpr std::size_t triangle_capacity = 24, other_capacity = 48, listed_others = 6;
+  static constexpr std::size_t triangle_capacity = 24, other_capacity = 256, listed_others = 6;
   std::array<std::uint32_t, triangle_capacity> triangles_;
-  std::array<std::uint32_t, other_capacity> others_;
-  std::uint8_t triangle_count_ = 0, other_count_ = 0;
+  std::vector<std::uint32_t> others_;
+  std::uint8_t triangle_count_ = 0;
   Verdict verdict_ = Verdict::unknown;
   std::optional<Outline> outline_;
 };

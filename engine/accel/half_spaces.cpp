@@ -83,13 +83,14 @@ bool HalfSpaces::miss(const geometry::CylinderShape& cylinder) const {
   const Vec3 half = cylinder.axis * (cylinder.height * 0.5), centre = cylinder.base + half - base_;
   const double size = cylinder.height + cylinder.radius;
   return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
+    const double of_axis = dot(side.outward, centre) - std::fabs(dot(side.outward, half));
+    if (of_axis <= side.offset) return false;
     // A cap reaches as far as its radius times the normal's share along it. The axis is unit but for rounding.
     const double along = dot(side.outward, cylinder.axis), across = dot(side.outward, side.outward) - along * along;
     const double length = side.size.x + side.size.y + side.size.z;
-    const double reach = std::fabs(dot(side.outward, half)) + cylinder.radius * std::sqrt(std::max(0.0, across));
     const double rounding =
         gamma(64) * (dot(side.size, abs(centre)) + length * size) + 0x1p-24 * length * cylinder.radius;
-    return dot(side.outward, centre) - reach > side.offset + side.slack + rounding;
+    return of_axis - cylinder.radius * std::sqrt(std::max(0.0, across)) > side.offset + side.slack + rounding;
   });
 }
 

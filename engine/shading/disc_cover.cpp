@@ -35,8 +35,9 @@ bool ends_before_light(const Vec3& centre, double reach_along_axis, const DiscVi
 }
 
 /// The disc around `centre` (relative to the point) with unit `normal`, seen from one side.
-DiscCover cover_of_disc(const Vec3& centre, const Vec3& normal, double radius, const DiscView& view) {
-  DiscCover cover;
+void append_disc(const Vec3& centre, const Vec3& normal, double radius, const DiscView& view,
+                 std::vector<DiscCover>& covers) {
+  DiscCover& cover = covers.emplace_back();  // in place: copied right away, it would have to wait for what was stored
   const double height = dot(normal, centre);
   cover.edges[cover.edge_count++] = linear(normal, 0, view, height > 0 ? 1 : -1);
   cover.is_round = true;
@@ -49,7 +50,6 @@ DiscCover cover_of_disc(const Vec3& centre, const Vec3& normal, double radius, c
         return Vec3{dot(normal, d), 0, 0};
       },
       cover.round);
-  return cover;
 }
 
 }  // namespace
@@ -154,7 +154,8 @@ bool append_cover(const geometry::CylinderShape& cylinder, const DiscView& view,
   const double to_base = dot(base, cylinder.axis), r = cylinder.radius;
   const Vec3 across = base - cylinder.axis * to_base;
   const double distance = math::length(across);
-  const double size = math::length(base) + cylinder.height + r;
+  const Vec3 reach = math::abs(base);
+  const double size = reach.x + reach.y + reach.z + cylinder.height + r;
   const double margin = math::gamma(64) * size;
   const bool is_beside = distance > r + margin;
   const bool is_beyond = to_base > margin || to_base + cylinder.height < -margin;
@@ -162,8 +163,8 @@ bool append_cover(const geometry::CylinderShape& cylinder, const DiscView& view,
   if (!ends_before_light(base, r, view) || !ends_before_light(top, r, view)) return false;
   // What is seen is the hull of the two caps: the caps, and the quadrilateral between the lines where planes through
   // the point touch the side.
-  if (std::fabs(to_base) > margin) covers.push_back(cover_of_disc(base, cylinder.axis, r, view));
-  if (std::fabs(to_base + cylinder.height) > margin) covers.push_back(cover_of_disc(top, cylinder.axis, r, view));
+  if (std::fabs(to_base) > margin) append_disc(base, cylinder.axis, r, view, covers);
+  if (std::fabs(to_base + cylinder.height) > margin) append_disc(top, cylinder.axis, r, view, covers);
   if (!is_beside) return true;
   const Vec3 towards = across * (-1 / distance), beside = cross(cylinder.axis, towards);
   const double cosine = r / distance, sine = std::sqrt((1 - cosine) * (1 + cosine));

@@ -18,11 +18,11 @@ double power_of_two(int exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + exponent_bias) << 52);
 }
 
-constexpr std::size_t most_held = 1 << 18;  // edges and spheres: some 45 MB
+constexpr std::size_t most_held = 1 << 18;  // edges, spheres and others: some 45 MB at most
 
 std::size_t size_of(const accel::CellContents& contents) {
   const accel::Outline* outline = contents.outline();
-  return outline == nullptr ? 0 : outline->edges.size() + outline->spheres.size();
+  return contents.others().size() + (outline == nullptr ? 0 : outline->edges.size() + outline->spheres.size());
 }
 
 }  // namespace

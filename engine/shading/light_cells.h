@@ -57,7 +57,7 @@ class LightCells {
   bool has_round_cells_;
   std::array<std::uint16_t, capacity> places_;  // in entries_, by hash
   std::vector<Entry> entries_;
-  std::size_t held_ = 0;  // edges and spheres in their outlines
+  std::size_t held_ = 0;  // edges, spheres and others
   // Of the point last asked for:
   Vec3 position_{HUGE_VAL, HUGE_VAL, HUGE_VAL}, facing_;
   geometry::SurfaceId surface_;
