@@ -13,7 +13,7 @@ inline constexpr std::size_t bin_count = 16;
 
 enum class Shape : std::uint32_t { triangle, sphere, other };
 
-/// Of the compiler, for every instruction set: wider ones would hardly pay.
+/// The compiler's own vectors: four lanes are in every instruction set.
 using Floats [[gnu::vector_size(16)]] = float;
 using Integers [[gnu::vector_size(16)]] = std::int32_t;
 inline Floats min(Floats a, Floats b) { return a < b ? a : b; }
