@@ -162,9 +162,9 @@ class JobManager {
   std::map<std::string, std::size_t> live_of_;                      // how many of them by owner
   std::unordered_map<SharedRender*, std::shared_ptr<SharedRender>> running_;
   bool is_accepting_ = true, is_stopping_ = false;
-  std::size_t running_bytes_ = 0;  // the sum of what they hold
-  int waiting_for_room_ = 0;
-  double average_s_ = 1;  // of recent renders
+  std::size_t running_bytes_ = 0;             // the sum of what they hold
+  std::shared_ptr<SharedRender> unmeasured_;  // taken from the queue, not known yet what memory it needs
+  double average_s_ = 1;                      // of recent renders
   Counts totals_;
 
   std::vector<std::jthread> runners_;

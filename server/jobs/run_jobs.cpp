@@ -19,11 +19,11 @@ void JobManager::run_jobs(const std::stop_token& stop) {
     {
       std::unique_lock lock(mutex_);
       // The first waits for room rather than being passed by smaller ones for ever.
-      const auto may_take = [&] {
-        return !queue_.is_empty() && waiting_for_room_ == 0 && has_room(queue_.next_memory_bytes());
-      };
+      const auto may_take = [&] { return !queue_.is_empty() && !unmeasured_ && has_room(queue_.next_memory_bytes()); };
       if (!work_available_.wait(lock, stop, may_take)) return;
       render = queue_.take_next();
+      // Nobody is taken after one whose need is not known before it is, or those after it would get ahead of it.
+      if (render->memory_bytes() == 0) unmeasured_ = render;
       render->held_bytes = render->memory_bytes();
       running_bytes_ += render->held_bytes;
       running_.emplace(render.get(), render);
@@ -40,10 +40,9 @@ bool JobManager::has_room(std::size_t bytes) const {
 void JobManager::wait_for_room(SharedRender& render, std::size_t bytes) {
   constexpr auto pause = std::chrono::milliseconds(20);
   std::unique_lock lock(mutex_);
-  ++waiting_for_room_;
   // Whoever asks it to stop wakes nobody here.
   while (!has_room(bytes) && !render.stop_reason()) work_available_.wait_for(lock, pause);
-  --waiting_for_room_;
+  unmeasured_.reset();
   render.held_bytes = bytes;
   running_bytes_ += bytes;
   work_available_.notify_all();
@@ -79,6 +78,7 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
     const std::lock_guard lock(mutex_);
     jobs = queue_.close(*render);
     running_.erase(render.get());
+    if (unmeasured_ == render) unmeasured_.reset();
     running_bytes_ -= render->held_bytes;
     average_s_ += (took_s - average_s_) / 8;
   }
