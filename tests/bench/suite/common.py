@@ -22,8 +22,8 @@ def build(*programs):
     """Installs what is missing and builds the named programs; with PENUMBRA_BIN, takes them from there."""
     if "PENUMBRA_BIN" in os.environ:
         return
-    subprocess.run([ROOT / "docker/install-packages", "build", "bench"], check=True)
-    for command in (["cmake", "--preset", "release", "-DPENUMBRA_BENCH=ON"],
+    subprocess.run([ROOT / "docker/install-packages", "build", "run", "test", "bench"], check=True)
+    for command in (["cmake", "--preset", "release", "-DPENUMBRA_TESTS=ON", "-DPENUMBRA_BENCH=ON"],
                     ["cmake", "--build", "--preset", "release", "--target", *programs, "--", "--quiet"]):
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
         if done.returncode:
@@ -38,6 +38,12 @@ def save(name, figures):
     """Keeps a part's figures as JSON for `report`."""
     RESULTS.mkdir(parents=True, exist_ok=True)
     (RESULTS / f"{name}.json").write_text(json.dumps(figures, indent=1))
+
+
+def save_report(name, report):
+    """Keeps what was measured of one scene on so many threads in the place of what was there of it."""
+    place = lambda r: (r["scene"], r["threads"])
+    save(name, sorted([r for r in load(name) or [] if place(r) != place(report)] + [report], key=place))
 
 
 def load(name):

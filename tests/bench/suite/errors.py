@@ -2,7 +2,7 @@
 import json
 
 from suite import figures, scenes
-from suite.common import RESULTS, build, load, run_program, save
+from suite.common import RESULTS, build, load, run_program, save_report
 
 
 def measure(name, threads, runs, edge, *more):
@@ -16,16 +16,14 @@ def measure(name, threads, runs, edge, *more):
 
 def errors(names=None, thread_counts=(1, 2), runs=8, edge=scenes.EDGE, target=1e-3):
     build("bench_error")
-    reports = []
     for name in names or scenes.SCENES:
         for threads in thread_counts:
-            reports.append(measure(name, threads, runs if threads > 1 else min(runs, 5), edge, "--target", target))
-            save("errors", reports)  # what there is so far
-    show(reports)
+            save_report("errors", measure(name, threads, runs if threads > 1 else min(runs, 5), edge, "--target", target))
+    show()
 
 
-def show(reports=None):
-    reports = reports or load("errors") or []
+def show():
+    reports = load("errors") or []
     if reports:
         figures.error_table(reports)
         for report in reports:

@@ -1,6 +1,7 @@
 """Blender's Cycles 3.4: direct light only. Its point lights are the contract's discs, but each sample is lit from its own place
 on the disc, so its limit is close to the exact image and not the same."""
 import json
+import os
 import re
 import subprocess
 import tempfile
@@ -13,6 +14,7 @@ from suite.peers import NotExpressible
 FIXED = [4, 16, 64, 256]
 THRESHOLDS = [0.1, 0.03, 0.01, 0.003]
 MOST_SAMPLES = 1024  # of adaptive sampling
+IS_RANDOM = True
 SCRIPT = Path(__file__).with_name("cycles_scene.py")
 
 
@@ -57,3 +59,12 @@ def variants(scene):
     check(scene)
     return {"cycles fixed": (FIXED, lambda samples, threads, edge: render(scene, samples, None, threads, edge)),
             "cycles adaptive": (THRESHOLDS, lambda limit, threads, edge: render(scene, MOST_SAMPLES, limit, threads, edge))}
+
+
+def finest_budget(coarsest=None):
+    return FIXED[:coarsest][-1]
+
+
+def finest(scene, coarsest, edge):
+    """The images its limit is the mean of, with other seeds than the measured ones."""
+    return [render(scene, finest_budget(coarsest), None, os.cpu_count(), edge, seed)[0] for seed in (1, 2)]
