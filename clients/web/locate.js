@@ -37,7 +37,7 @@ export function locate(text, pointer) {
       for (space(); text[at] !== ']' && at < text.length; space()) {
         const before = at;
         member(index, rest?.length > 0 && String(index) === rest[0]);
-        if (at === before) return null;  // no JSON from here on
+        if (at === before) throw new SyntaxError('no JSON from here on');
         ++index;
         space();
         if (text[at] === ',') ++at;

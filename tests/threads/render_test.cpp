@@ -183,12 +183,12 @@ TEST_CASE("mirrors that reflect each other for ever can be canceled inside a pix
   CHECK_FALSE(render::render(job.scene, job.options, pool, control));
 }
 
-TEST_CASE("ten thousand soft lights behind glass can be canceled inside a pixel") {
+TEST_CASE("thousands of soft lights behind glass can be canceled inside a pixel") {
   std::string glass, lights;
   for (int i = 0; i < 20; ++i)
     glass += R"({"type": "sphere", "center": [0, 0, )" + std::to_string(2 + i) +
              R"(], "radius": 0.4, "material": "glass"},)";
-  for (int i = 0; i < 10000; ++i)
+  for (int i = 0; i < 3000; ++i)
     lights += std::string(i == 0 ? "" : ",") +
               R"({"type": "point", "position": [0, 0, 30], "intensity": 1e-4, "radius": )" +
               std::to_string(1 + i * 1e-4) + "}";
@@ -203,11 +203,12 @@ TEST_CASE("ten thousand soft lights behind glass can be canceled inside a pixel"
   render::Control control;
   std::chrono::steady_clock::time_point canceled_at;
   std::jthread canceler([&] {
+    while (control.preview().width == 0) std::this_thread::yield();  // until it is compiled
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     canceled_at = std::chrono::steady_clock::now();
     control.cancel();
   });
-  // To the end it would take minutes.
+  // To the end it would take many seconds.
   CHECK_FALSE(render::render(job.scene, job.options, pool, control));
   canceler.join();
   CHECK(std::chrono::steady_clock::now() - canceled_at < std::chrono::seconds(2));
