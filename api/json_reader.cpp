@@ -158,9 +158,9 @@ class Builder {
   }
 
   bool open(Tag tag) {
-    JsonNode node = node_of(tag);
-    node.span = {static_cast<std::uint32_t>(document_.numbers.size()), 0};
-    value(node);
+    value(node_of(tag));
+    // After numbers in the same array are no longer kept as such.
+    document_.nodes.back().span = {static_cast<std::uint32_t>(document_.numbers.size()), 0};
     open_.push_back(static_cast<std::uint32_t>(document_.nodes.size() - 1));
     if (open_.size() <= static_cast<std::size_t>(budget_.max_depth)) return true;
     open_.pop_back();

@@ -1,4 +1,5 @@
 # Shared by the scripts beside it: where the server is, and what a refusal looks like.
+export LC_ALL=C  # printf takes and prints decimal points
 url=${PENUMBRA_URL:-http://127.0.0.1:8080}
 
 usage() { # prints the script's opening comment

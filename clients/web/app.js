@@ -8,6 +8,7 @@ const optionFields = ['width', 'height', 'samples_per_pixel', 'shadow_samples', 
 let job = null;      // the job being followed: its resource
 let events = null;   // its event stream
 let previewTimer = 0;
+let format = 'png';  // of the image that was asked for
 
 // Examples ------------------------------------------------------------------------------------------------------------
 
@@ -71,6 +72,9 @@ function writeOption(event) {
 
 function clearErrors() {
   by('errors').hidden = true;
+  // Hidden text still describes the field.
+  by('problem').textContent = '';
+  by('error-list').replaceChildren();
   body.classList.remove('bad');
   for (const field of [body, ...optionFields.map(by)]) field.removeAttribute('aria-invalid');
 }
@@ -129,7 +133,7 @@ function showState(text, percent) {
 
 function setBusy(busy) {
   by('render').disabled = busy;
-  by('cancel').disabled = !busy;
+  by('cancel').disabled = true;  // until there is a job
   by('result').setAttribute('aria-busy', String(busy));
 }
 
@@ -138,6 +142,7 @@ async function submit(event) {
   clearErrors();
   by('stats').hidden = by('download').hidden = picture.hidden = true;
   setBusy(true);
+  format = parsed()?.options?.format ?? 'png';
   showState('Sending', 0);
   try {
     if (!by('access').hidden) setKey(by('key').value.trim());
@@ -165,6 +170,7 @@ function askForKey() {
 
 function follow(resource) {
   job = resource;
+  by('cancel').disabled = false;
   showState('Queued', 0);
   events = followEvents(job.links.events, ['progress', 'succeeded', 'failed', 'canceled'], (name, data) => {
     if (name !== 'progress') return finish();
@@ -217,8 +223,14 @@ async function finish() {
   events.close();
   clearInterval(previewTimer);
   previewTimer = 0;
+  by('cancel').disabled = true;
   try {
-    const answer = await call(job.links.self);
+    let answer = await call(job.links.self);
+    while (answer.status === 429 || answer.status === 503) {
+      const pause = Number(answer.headers.get('Retry-After')) || 1;
+      await new Promise(resolve => setTimeout(resolve, 1000 * pause));
+      answer = await call(job.links.self);
+    }
     if (!answer.ok) return giveUp('The server no longer knows this job');
     job = await answer.json();
   } catch {
@@ -228,8 +240,11 @@ async function finish() {
   if (job.state === 'succeeded') {
     showState('Done', 100);
     const url = await urlOf(job.links.image).catch(() => job.links.image);
-    showPicture(url, 'The rendered scene');
+    // No browser shows OpenEXR: the preview is the same picture as a PNG.
+    const shown = format === 'exr' ? await urlOf(job.links.preview).catch(() => job.links.preview) : url;
+    showPicture(shown, 'The rendered scene');
     by('download').href = url;
+    by('download').download = `penumbra.${format}`;
     by('download').hidden = false;
     showStats(job.stats);
   } else if (job.state === 'failed') {
@@ -259,8 +274,10 @@ function showStats({build_s, render_s, encode_s, rays, estimated_error}) {
 }
 
 by('job').addEventListener('submit', submit);
-by('cancel').addEventListener('click', () => {
-  call(job.links.cancel, {method: 'POST'}).catch(() => showState('The server does not answer', bar.value));
+by('cancel').addEventListener('click', async () => {
+  const answer = await call(job.links.cancel, {method: 'POST'}).catch(() => null);
+  // One that has ended meanwhile says so in its events.
+  if (!answer?.ok && answer?.status !== 409) showState('The server did not take the cancel', bar.value);
 });
 by('example').addEventListener('change', openExample);
 body.addEventListener('input', () => { showOptions(); clearErrors(); });

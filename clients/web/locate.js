@@ -35,7 +35,9 @@ export function locate(text, pointer) {
       ++at;
       let index = 0;
       for (space(); text[at] !== ']' && at < text.length; space()) {
+        const before = at;
         member(index, rest?.length > 0 && String(index) === rest[0]);
+        if (at === before) throw new SyntaxError('no JSON from here on');
         ++index;
         space();
         if (text[at] === ',') ++at;

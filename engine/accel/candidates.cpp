@@ -5,6 +5,7 @@
 
 #include "engine/accel/queries.h"
 #include "engine/accel/structure_search.h"
+#include "engine/math/error_free.h"
 
 namespace penumbra::accel {
 
@@ -44,6 +45,7 @@ class Candidates::Search {
       if (!leaves_self_ && outline->spheres.contains(self_.item) && add(self_.item)) return;
       found_.has_opaque_triangles_ = found_.has_opaque_triangles_ || outline->has_triangles;
       outline->edges.append(*projection_, self_, found_.silhouette_);
+      if (found_.silhouette_.size() > most_edges_) keep_edges_in_disc();
       if (found_.silhouette_.size() > most_edges_) found_.is_incomplete_ = true;
       return;
     }
@@ -126,6 +128,8 @@ class Candidates::Search {
       const Vec3 &from = v[e], &to = v[(e + 1) % 3];
       if (is_beside_square(from, to) || misses_disc(from, to)) continue;
       if (!projection.is_infinite && (from.z >= 1 || to.z >= 1)) continue;  // only of the apex's own triangle
+      if (found_.silhouette_.size() == most_edges_ && !has_edges_in_disc_alone_) keep_edges_in_disc();
+      if (has_edges_in_disc_alone_ && !is_in_disc(from, to)) continue;
       if (found_.silhouette_.size() == most_edges_) return found_.is_incomplete_ = true;
       found_.silhouette_.push_back({from, to, jump, {owned.surface(index), static_cast<std::uint32_t>(e)}});
     }
@@ -144,6 +148,12 @@ class Candidates::Search {
     return all([](const Vec3& p) { return p.x > p.z; }) || all([](const Vec3& p) { return -p.x > p.z; }) ||
            all([](const Vec3& p) { return p.y > p.z; }) || all([](const Vec3& p) { return -p.y > p.z; }) ||
            all([](const Vec3& p) { return p.z < 0; }) || (!is_infinite && all([](const Vec3& p) { return p.z > 1; }));
+  }
+
+  /// Only of those it may depend whether there are too many: others are found or not with the structure.
+  void keep_edges_in_disc() {
+    std::erase_if(found_.silhouette_, [](const SilhouetteEdge& edge) { return !is_in_disc(edge.from, edge.to); });
+    has_edges_in_disc_alone_ = true;
   }
 
   bool has_too_many_spheres() {
@@ -178,8 +188,13 @@ class Candidates::Search {
     if (id == self_.item && (leaves_self_ || item.kind == Kind::plane)) return false;
     if (item.placement == not_placed) {
       if (item.kind == Kind::plane && shaft.misses(world_.planes[item.index])) return false;
-      if (item.kind == Kind::cylinder)
-        return !shaft.misses(world_.cylinders[item.index]) && add_other(id, item.is_opaque);
+      if (item.kind == Kind::cylinder) {
+        const geometry::CylinderShape& cylinder = world_.cylinders[item.index];
+        if (shaft.misses(cylinder)) return false;
+        // Whether such a one lies beside the disc is told by its cover, whatever boxes there are.
+        if (projection_ != nullptr && item.is_opaque && cylinder.caps && is_before_plane(cylinder))
+          return add_other(id, item.is_opaque);
+      }
       if (item.kind == Kind::tube && shaft.misses(world_.tubes[item.index])) return false;
       if (item.kind == Kind::sphere) {
         const geometry::SphereShape& sphere = world_.spheres[item.index];
@@ -189,8 +204,17 @@ class Candidates::Search {
         return add_other(id, item.is_opaque);
       }
     }
+    // What boxes around it would reject: so the answer does not depend on which there are.
     if (const auto box = bounds_of(world_, item); box && shaft.misses(*box)) return false;
     return add_other(id, item.is_opaque);
+  }
+
+  /// For certain.
+  bool is_before_plane(const geometry::CylinderShape& cylinder) const {
+    if (projection_->is_infinite) return true;
+    const double base = math::dot(projection_->w, cylinder.base - projection_->apex),
+                 top = base + math::dot(projection_->w, cylinder.axis) * cylinder.height;
+    return std::max(base, top) + cylinder.radius * math::length(projection_->w) < 1 - math::gamma(128);
   }
 
   bool add_mesh(const Shaft& world_shaft, const Shaft& shaft, std::uint32_t id, const Projection* projection,
@@ -219,6 +243,7 @@ class Candidates::Search {
   bool leaves_self_;
   const Projection* projection_;
   std::size_t most_edges_;
+  bool has_edges_in_disc_alone_ = false;
   Candidates& found_;
 };
 

@@ -42,7 +42,7 @@ class Candidates {
   std::span<const SeenSphere> spheres() const { return spheres_; }
   /// Drops spheres that larger ones hide; returns how many.
   std::size_t drop_hidden_spheres();
-  /// In the structure's order; edges beside the shaft may be among them.
+  /// In the structure's order; edges beside the disc may be among them.
   std::span<const SilhouetteEdge> silhouette() const { return silhouette_; }
   /// Places in the list, which is in the structure's order, by the scene's.
   std::span<const std::uint32_t> scene_order();

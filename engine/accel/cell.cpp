@@ -94,7 +94,9 @@ std::optional<HalfSpaces> hull(const FlatCell& cell, const Target& target) {
     const Vec3 outward = (m * (s * qf - r * qm) - cell.up * (r * qf + s * qm)) * (1 / squared);
     region.add(outward, dot(outward, from - base));
   }
-  region.add_floor(cell.up);
+  double nearby = 0;
+  for (const Vec3& corner : cell.corners) nearby = std::max(nearby, math::max_component(abs(corner)));
+  region.add_floor(cell.up, 3 * nearby);
   add_ends(region, target, around(cell));
   return region;
 }

@@ -35,10 +35,13 @@ void HalfSpaces::add_limit(const Vec3& outward, double offset) {
   limits_[static_cast<std::size_t>(limit_count_++)] = side(outward, offset);
 }
 
-void HalfSpaces::add_floor(const Vec3& up) {
+void HalfSpaces::add_floor(const Vec3& up, double nearby) {
   add(-up, 0);
   Side& side = sides_[static_cast<std::size_t>(count_ - 1)];
+  // However far the light is: what is near must not be taken for rounding of its place.
+  side.slack = gamma(64) * (side.size.x + side.size.y + side.size.z) * nearby;
   side.offset = -3 * side.slack;
+  side.own_slack = -2 * gamma(64);
 }
 
 bool HalfSpaces::is_apart(const Vec3& lower, const Vec3& upper) const {
@@ -63,7 +66,7 @@ bool HalfSpaces::miss(const geometry::TriangleVertices& triangle) const {
   const Vec3 a = triangle.v0 - base_, b = triangle.v1 - base_, c = triangle.v2 - base_;
   const Vec3 size = math::max(abs(a), math::max(abs(b), abs(c)));
   return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
-    const double threshold = side.offset + side.slack + gamma(32) * dot(side.size, size);
+    const double threshold = side.offset + side.slack + side.own_slack * dot(side.size, size);
     return dot(side.outward, a) > threshold && dot(side.outward, b) > threshold && dot(side.outward, c) > threshold;
   });
 }

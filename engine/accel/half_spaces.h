@@ -4,6 +4,7 @@
 #include "engine/geometry/quadrics.h"
 #include "engine/geometry/triangle.h"
 #include "engine/math/bounds.h"
+#include "engine/math/error_free.h"
 
 namespace penumbra::accel {
 
@@ -24,8 +25,8 @@ class HalfSpaces {
   /// A plane that it is worth knowing to lie wholly inside of: it rejects nothing.
   void add_limit(const Vec3& outward, double offset);
   /// A plane through `base` that everything of interest rises above along `up`: what does not rise above it by more
-  /// than rounding is outside.
-  void add_floor(const Vec3& up);
+  /// than rounding – of coordinates below `nearby`, and of a triangle's own – is outside.
+  void add_floor(const Vec3& up, double nearby);
 
   bool miss(const math::Bounds& box) const;
   bool miss(const geometry::TriangleVertices& triangle) const;
@@ -54,6 +55,7 @@ class HalfSpaces {
   struct Side {
     Vec3 outward, size;  // size = |outward|
     double offset, slack;
+    double own_slack = math::gamma(32);  // for each unit of a triangle's coordinates
   };
   Side side(const Vec3& outward, double offset) const;
   FloatPlanes::Plane in_single_precision(const Side& side, const Vec3& base) const;

@@ -34,20 +34,6 @@ std::vector<std::uint32_t> welded(const std::vector<math::Vec3>& positions) {
   return first;
 }
 
-/// The median of a thousand edges, evenly spread over the triangles.
-double typical_edge(const TriangleSet& triangles) {
-  std::vector<double> lengths;
-  const std::size_t step = std::max<std::size_t>(1, triangles.size() / 1000);
-  for (std::size_t i = 0; i < triangles.size(); i += step) {
-    const auto& [a, b, c] = triangles.corners[i];
-    lengths.push_back(math::length(triangles.positions[b] - triangles.positions[a]));
-  }
-  if (lengths.empty()) return HUGE_VAL;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
-}
-
 /// One direction along an edge of a triangle, at the lower of its two vertices.
 struct HalfEdge {
   std::uint32_t upper_and_direction, number;  // 2 · upper vertex + whether it comes from there; 4 · triangle + edge
@@ -92,7 +78,6 @@ class Pairing {
 }  // namespace
 
 void link_neighbours(TriangleSet& triangles, std::span<const std::uint32_t> groups) {
-  triangles.typical_edge = typical_edge(triangles);
   constexpr std::uint32_t none = TriangleSet::no_neighbour;
   triangles.neighbours.assign(triangles.size(), {none, none, none});
   const std::vector<std::uint32_t> place = welded(triangles.positions);

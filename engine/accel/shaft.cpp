@@ -69,7 +69,7 @@ HalfSpaces Shaft::made_half_spaces() const {
     result.add_limit(forward, farthest);
   }
   result.add(-forward, 0);
-  if (taxicab(floor_) > 0) result.add_floor(floor_);
+  if (taxicab(floor_) > 0) result.add_floor(floor_, taxicab(apex_));
   return result;
 }
 

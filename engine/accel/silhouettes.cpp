@@ -119,6 +119,30 @@ namespace penumbra::accel {
 
 HWY_EXPORT(append_blocks);
 
+RimMeetings meet_rim(const Vec3& a, const Vec3& b) {
+  const Vec3 d = b - a;
+  const double q = d.x * d.x + d.y * d.y - d.z * d.z, half = a.x * d.x + a.y * d.y - a.z * d.z,
+               c = a.x * a.x + a.y * a.y - a.z * a.z;
+  const double discriminant = half * half - q * c;
+  if (!(discriminant > 0)) return {0, 0, false};
+  const double s = -(half + std::copysign(std::sqrt(discriminant), half));
+  if (s == 0 || q == 0) return {-c / (2 * half), -c / (2 * half), half != 0};
+  return {std::min(s / q, c / s), std::max(s / q, c / s), true};
+}
+
+bool is_in_disc(const Vec3& a, const Vec3& b) {
+  const auto is_inside = [](const Vec3& p) { return p.z > 0 && p.x * p.x + p.y * p.y < p.z * p.z; };
+  if (is_inside(a) || is_inside(b)) return true;
+  if (a.z > 0 && b.z > 0) {
+    // Both scaled to one z: the point of the segment nearest to the disc's middle.
+    const double ax = a.x * b.z, ay = a.y * b.z, dx = b.x * a.z - ax, dy = b.y * a.z - ay, w = a.z * b.z;
+    const double along = -(ax * dx + ay * dy), squared = dx * dx + dy * dy, across = ax * dy - ay * dx;
+    return along > 0 && along < squared && across * across < squared * w * w;
+  }
+  const RimMeetings rim = meet_rim(a, b);
+  return rim.exist && rim.first > 0 && rim.second < 1 && is_inside(a + (b - a) * (0.5 * (rim.first + rim.second)));
+}
+
 void EdgeList::append(const Projection& projection, const SurfaceId& self,
                       std::vector<SilhouetteEdge>& silhouette) const {
   HWY_DYNAMIC_DISPATCH(append_blocks)(blocks_.data(), blocks_.size(), projection, self, silhouette);

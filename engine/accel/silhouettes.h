@@ -78,6 +78,17 @@ inline bool misses_disc(const Vec3& a, const Vec3& b) {
   return distance > 0 && distance * distance > x * x + y * y;
 }
 
+/// Where on the way from `a` to `b` (homogeneous) the rim x² + y² = 1 is met: t of both places, ascending.
+struct RimMeetings {
+  double first, second;
+  bool exist;
+};
+RimMeetings meet_rim(const Vec3& a, const Vec3& b);
+
+/// Whether some of the edge lies in the disc and before the apex. Unlike the tests above it rejects all that is not in
+/// sight: how many edges are left does not depend on what has found them.
+bool is_in_disc(const Vec3& a, const Vec3& b);
+
 /// Edges that may be silhouettes seen from somewhere, for SIMD.
 class EdgeList {
  public:

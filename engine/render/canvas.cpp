@@ -3,7 +3,7 @@
 namespace penumbra::render {
 
 Film Canvas::done_tiles() const {
-  Film copy = backdrop_ ? backdrop_->done_tiles() : Film(film_->width, film_->height);
+  Film copy = backdrop_ ? *backdrop_ : Film(film_->width, film_->height);
   for (int i = 0; i < tile_count(); ++i) {
     if (!is_done_[static_cast<std::size_t>(i)].load(std::memory_order_acquire)) continue;
     const Tile t = tile(i);

@@ -19,7 +19,7 @@ class Canvas {
   };
 
   /// `backdrop`, if any, shows where no tile is done yet; it must be as large.
-  Canvas(int width, int height, std::shared_ptr<const Canvas> backdrop = nullptr)
+  Canvas(int width, int height, std::shared_ptr<const Film> backdrop = nullptr)
       : film_(std::make_shared<Film>(Film::unwritten(width, height))),
         backdrop_(std::move(backdrop)),
         columns_((width + tile_edge - 1) / tile_edge),
@@ -44,7 +44,7 @@ class Canvas {
 
  private:
   std::shared_ptr<Film> film_;
-  std::shared_ptr<const Canvas> backdrop_;
+  std::shared_ptr<const Film> backdrop_;
   int columns_, rows_;
   std::unique_ptr<std::atomic<bool>[]> is_done_;
 };

@@ -77,7 +77,6 @@ void append(const scene::Mesh& mesh, const Affine& transform, accel::TriangleSet
     }
   }
   const bool is_mirrored = transform.determinant() < 0;
-  triangles.corners.reserve(triangles.corners.size() + mesh.triangles.size());
   for (std::array<std::uint32_t, 3> corner : mesh.triangles) {
     if (is_mirrored) std::swap(corner[1], corner[2]);
     for (std::uint32_t& index : corner) index += static_cast<std::uint32_t>(first);
@@ -118,6 +117,9 @@ class Compiler {
     accel::Grouping root = add_all(description_.objects, {});
     if (!world_.triangles.normals.empty()) world_.triangles.normals.resize(world_.triangles.positions.size());
     build_tree(root);
+    if (has_soft_lights_) scene.typical_edge = typical_edge();
+    const auto is_rectangle = [](const scene::Light& l) { return std::holds_alternative<scene::RectangleLight>(l); };
+    if (std::ranges::any_of(description_.lights, is_rectangle)) scene.extent = extent();
     scene.world = std::move(world_);
     scene.materials = std::move(materials_);
     scene.item_material = std::move(item_material_);
@@ -127,6 +129,7 @@ class Compiler {
   accel::Grouping add_all(const std::vector<scene::Object>& objects, const Affine& transform) {
     accel::Grouping grouping;
     for (const scene::Object& object : objects) {
+      if (settings_.is_canceled()) break;
       if (const auto* group = std::get_if<scene::Group>(&object.shape)) {
         grouping.groups.push_back(add_all(group->objects, transform * group->transform));
         continue;
@@ -157,6 +160,7 @@ class Compiler {
       a = transform.point(a), b = transform.point(b), c = transform.point(c);
       if (transform.determinant() < 0) std::swap(b, c);
     }
+    note_triangles(nobodys_mesh, world_.triangles.size(), 1);
     const auto first = static_cast<std::uint32_t>(world_.triangles.positions.size());
     world_.triangles.positions.insert(world_.triangles.positions.end(), {a, b, c});
     world_.triangles.corners.push_back({first, first + 1, first + 2});
@@ -196,9 +200,11 @@ class Compiler {
   void add(const scene::Mesh& mesh, const Affine& transform) {
     if (has_own_tree(settings_.acceleration)) {
       const std::size_t first = world_.triangles.size();
+      note_triangles(nobodys_mesh, first, mesh.triangles.size());
       append(mesh, transform, world_.triangles);
       return add_patch(first);
     }
+    note_triangles(world_.meshes.size(), 0, mesh.triangles.size());
     world_.meshes.push_back(compiled(mesh, transform, has_soft_lights_, settings_));
     add_item(accel::Kind::mesh, world_.meshes.size() - 1);
   }
@@ -257,9 +263,62 @@ class Compiler {
     for (accel::Grouping& group : grouping.groups) renumber(group, entry_of);
   }
 
+  void note_triangles(std::size_t mesh, std::size_t first, std::size_t count) {
+    if (!runs_.empty() && runs_.back().mesh == mesh && runs_.back().first + runs_.back().count == first) {
+      runs_.back().count += count;
+    } else {
+      runs_.push_back({mesh, first, count});
+    }
+  }
+
+  /// The median of a thousand edges, evenly spread over the triangles: the same for every acceleration.
+  double typical_edge() const {
+    std::size_t total = 0;
+    for (const Run& run : runs_) total += run.count;
+    const std::size_t step = std::max<std::size_t>(1, total / 1000);
+    std::vector<double> lengths;
+    std::size_t skipped = 0;  // of the run, before the next one that counts
+    for (const Run& run : runs_) {
+      const accel::TriangleSet& set = run.mesh == nobodys_mesh ? world_.triangles : world_.meshes[run.mesh].triangles;
+      std::size_t i = skipped;
+      for (; i < run.count; i += step) {
+        const auto& [a, b, c] = set.corners[run.first + i];
+        lengths.push_back(math::length(set.positions[b] - set.positions[a]));
+      }
+      skipped = i - run.count;
+    }
+    if (lengths.empty()) return HUGE_VAL;
+    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    return *middle;
+  }
+
+  /// The same for every acceleration, too.
+  double extent() const {
+    double largest = 0;
+    const auto include = [&](const Vec3& p) { largest = std::max(largest, math::max_component(math::abs(p))); };
+    for (const Vec3& p : world_.triangles.positions) include(p);
+    for (const Run& run : runs_) {
+      if (run.mesh == nobodys_mesh) continue;
+      for (const Vec3& p : world_.meshes[run.mesh].triangles.positions) include(p);
+    }
+    for (const accel::Item& item : world_.items) {
+      const auto box = item.kind == accel::Kind::patch ? std::nullopt : bounds_of(world_, item);
+      if (box && !box->is_empty()) include(box->lower), include(box->upper);
+    }
+    return largest;
+  }
+
+  /// Triangles side by side in World::triangles or in a mesh of World::meshes.
+  struct Run {
+    std::size_t mesh, first, count;
+  };
+  static constexpr std::size_t nobodys_mesh = std::numeric_limits<std::size_t>::max();
+
   const scene::Description& description_;
   const CompileSettings& settings_;
   bool has_soft_lights_;
+  std::vector<Run> runs_;  // of triangles that no instances share, in the scene's order
   accel::World world_;
   std::vector<shading::CompiledMaterial> materials_;
   std::vector<std::uint32_t> item_material_;
@@ -318,6 +377,7 @@ Compiled compile(const scene::Description& description, const CompileSettings& s
   Compiler(description, settings).add_objects(result.scene);
   std::vector<scene::Light> lights;
   for (scene::Light light : description.lights) {
+    if (settings.is_canceled()) break;
     const auto twin = std::find_if(lights.begin(), lights.end(),
                                    [&](const scene::Light& l) { return differ_only_in_brightness(l, light); });
     if (settings.merge_lights && twin != lights.end()) {

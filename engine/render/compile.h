@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+
 #include "engine/accel/wide_tree.h"
 #include "engine/scene/description.h"
 #include "engine/scene/options.h"
@@ -10,6 +12,7 @@ struct CompileSettings {
   scene::Acceleration acceleration = scene::Acceleration::bvh;
   bool merge_lights = true;
   accel::ParallelFor parallel_for = accel::run_in_turn;
+  std::function<bool()> is_canceled = [] { return false; };  // once true, what is left out does not matter
 };
 
 struct Compiled {

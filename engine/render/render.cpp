@@ -100,7 +100,8 @@ std::optional<Picture> render(const scene::Description& description, const scene
   const accel::ParallelFor on_pool = [&](std::int64_t count, const std::function<void(std::int64_t)>& task) {
     pool.run(count, threads, task);
   };
-  const Compiled compiled = compile(description, {options.acceleration, switches.merge_lights, on_pool});
+  const Compiled compiled = compile(
+      description, {options.acceleration, switches.merge_lights, on_pool, [&] { return control.is_canceled(); }});
   Picture picture;
   picture.stats.build_s = seconds_since(start);
   if (control.is_canceled()) return std::nullopt;
@@ -117,7 +118,7 @@ std::optional<Picture> render(const scene::Description& description, const scene
   std::shared_ptr<Canvas> canvas;
   std::vector<TileRecord> records;
   for (const Pass& pass : passes) {
-    canvas = std::make_shared<Canvas>(options.width, options.height, canvas);
+    canvas = std::make_shared<Canvas>(options.width, options.height, canvas ? canvas->film() : nullptr);
     control.attach(canvas, work_total);
     const PixelSampler sampler(compiled.scene, camera, options, pass, switches);
     // The first pass is cheap and must cover the picture; only later ones give way to the budget.

@@ -20,22 +20,6 @@ constexpr double shortest_part = 1e-9;
 // Of the disc's radius: less of an edge in sight does not turn the chords.
 constexpr double noticeable = 1e-4;
 
-/// Where on the way from `a` to `b` (homogeneous) the rim x² + y² = w² is met: t of both places, ascending.
-struct RimMeetings {
-  double first, second;
-  bool exist;
-};
-RimMeetings meet_rim(const Vec3& a, const Vec3& b) {
-  const Vec3 d = b - a;
-  const double q = d.x * d.x + d.y * d.y - d.z * d.z, half = a.x * d.x + a.y * d.y - a.z * d.z,
-               c = a.x * a.x + a.y * a.y - a.z * a.z;
-  const double discriminant = half * half - q * c;
-  if (!(discriminant > 0)) return {0, 0, false};
-  const double s = -(half + std::copysign(std::sqrt(discriminant), half));
-  if (s == 0 || q == 0) return {-c / (2 * half), -c / (2 * half), half != 0};
-  return {std::min(s / q, c / s), std::max(s / q, c / s), true};
-}
-
 Point2 in_plane(const Vec3& p) {
   const double inverse = 1 / p.z;
   return {p.x * inverse, p.y * inverse};
@@ -98,7 +82,7 @@ void ChordSweep::clip(std::span<const accel::SilhouetteEdge> silhouette) {
       edges_.push_back({in_plane(a), in_plane(b), false, false, edge.jump, edge.place});
       continue;
     }
-    const RimMeetings rim = meet_rim(a, b);
+    const accel::RimMeetings rim = accel::meet_rim(a, b);
     if (!rim.exist) continue;
     if (from_inside) {
       const double t = rim.first > 0 ? rim.first : rim.second;

@@ -27,13 +27,6 @@ void add_squared(double scale, const DiscView& view, const Map& map, Quadratic& 
   add_squared(scale, map(view.axis), map(view.u), map(view.v), q);
 }
 
-/// The largest share of the way to the light's plane of anything within `reach` along every direction of `centre`.
-bool ends_before_light(const Vec3& centre, double reach_along_axis, const DiscView& view) {
-  if (view.is_infinite) return true;
-  const double squared = dot(view.axis, view.axis);
-  return dot(centre, view.axis) + reach_along_axis * std::sqrt(squared) < squared * (1 - math::gamma(32));
-}
-
 /// The disc around `centre` (relative to the point) with unit `normal`, seen from one side.
 void append_disc(const Vec3& centre, const Vec3& normal, double radius, const DiscView& view,
                  std::vector<DiscCover>& covers) {
@@ -53,6 +46,15 @@ void append_disc(const Vec3& centre, const Vec3& normal, double radius, const Di
 }
 
 }  // namespace
+
+DiscPlane::DiscPlane(const DiscView& view) : normal_(cross(view.u, view.v)), height_(dot(normal_, view.axis)) {
+  if (height_ < 0) normal_ = -normal_, height_ = -height_;
+  length_ = math::length(normal_);
+}
+
+bool DiscPlane::is_behind(const Vec3& centre, double radius) const {
+  return dot(normal_, centre) + radius * length_ < height_ * (1 - math::gamma(32));
+}
 
 double length_in_disc(const DiscCover& cover, std::size_t edge) {
   const Linear& line = cover.edges[edge];
@@ -115,17 +117,14 @@ bool append_cover(const geometry::SphereShape& sphere, const DiscView& view, std
   return SphereCovers(view).append(accel::SeenSphere(sphere, view.from, 0), covers);
 }
 
-SphereCovers::SphereCovers(const DiscView& view) : view_(view), distance_(math::length(view.axis)) {
+SphereCovers::SphereCovers(const DiscView& view) : view_(view), plane_(view) {
   add_squared(
       1, view, [](const Vec3& d) { return d; }, squared_);
 }
 
 bool SphereCovers::append(const accel::SeenSphere& sphere, std::vector<DiscCover>& covers) const {
   if (!(sphere.size < 1 - math::gamma(128))) return false;
-  if (!view_.is_infinite) {
-    const double end = dot(sphere.centre, view_.axis) + sphere.radius * distance_;
-    if (!(end < distance_ * distance_ * (1 - math::gamma(32)))) return false;
-  }
+  if (!view_.is_infinite && !plane_.is_behind(sphere.centre, sphere.radius)) return false;
   DiscCover& cover = covers.emplace_back();
   // Nothing is cut off where all of the disc is in front, on the sphere's side.
   const Linear front = linear(sphere.centre, 0, view_, 1);
@@ -160,7 +159,10 @@ bool append_cover(const geometry::CylinderShape& cylinder, const DiscView& view,
   const bool is_beside = distance > r + margin;
   const bool is_beyond = to_base > margin || to_base + cylinder.height < -margin;
   if (!is_beside && !is_beyond) return false;
-  if (!ends_before_light(base, r, view) || !ends_before_light(top, r, view)) return false;
+  if (!view.is_infinite) {
+    const DiscPlane plane(view);
+    if (!plane.is_behind(base, r) || !plane.is_behind(top, r)) return false;
+  }
   // What is seen is the hull of the two caps: the caps, and the quadrilateral between the lines where planes through
   // the point touch the side.
   if (std::fabs(to_base) > margin) append_disc(base, cylinder.axis, r, view, covers);

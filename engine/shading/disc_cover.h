@@ -25,6 +25,19 @@ struct DiscView {
   }
 };
 
+/// The plane of a disc that is not infinitely far: where normal·d = height, in the space of a placement not
+/// perpendicular to the axis.
+class DiscPlane {
+ public:
+  explicit DiscPlane(const DiscView& view);
+  /// Whether the plane lies behind all of the ball around `centre` (relative to the point), for certain.
+  bool is_behind(const Vec3& centre, double radius) const;
+
+ private:
+  Vec3 normal_;
+  double height_, length_;  // length = |normal|
+};
+
 /// a + b·x + c·y over the disc's coordinates.
 struct Linear {
   double a = 0, b = 0, c = 0;
@@ -66,7 +79,7 @@ class SphereCovers {
 
  private:
   const DiscView& view_;
-  double distance_;    // |axis|
+  DiscPlane plane_;
   Quadratic squared_;  // |d|² of the disc's point d
 };
 /// The far side of a plane; the point does not lie in it.

@@ -16,6 +16,9 @@ using math::dot;
 // Places inside a path's key.
 constexpr std::uint64_t reflected_path = 1, transmitted_path = 2, first_light = 16;
 
+/// Somebody who cancels waits as long as these take, beside a single ray.
+constexpr std::size_t lights_between_looks = 16;
+
 /// The product, where 0 × anything is 0 – an overflowing light on a black surface stays black.
 Color filtered(const Color& a, const Color& b) {
   const auto product = [](double x, double y) { return x == 0 || y == 0 ? 0 : x * y; };
@@ -39,19 +42,27 @@ bool is_wholly_above(const ShadingPoint& at, const std::array<Vec3, 4>& corners)
   });
 }
 
+/// What is diffusely sent of light that nothing hides, in closed form.
+Color diffuse_of(const ShadingPoint& at, const Color& radiance, double projected_solid_angle) {
+  return filtered(radiance, at.material->diffuse * (projected_solid_angle / math::pi));
+}
+
 /// Snell's refraction of the unit `v` at the unit normal `n` (facing v), `ratio` = ior outside / inside. Nothing under
 /// total internal reflection.
 std::optional<Vec3> refracted(const Vec3& v, const Vec3& n, double ratio) {
   const double cosine = -dot(v, n);
   const double sine_squared = ratio * ratio * std::max(0.0, 1 - cosine * cosine);
   if (sine_squared >= 1) return std::nullopt;
-  return math::normalize(v * ratio + n * (ratio * cosine - std::sqrt(1 - sine_squared)));
+  return math::normalize((v + n * cosine) * ratio - n * std::sqrt(1 - sine_squared));
 }
 
 }  // namespace
 
 Integrator::Integrator(const Scene& scene, const IntegratorSettings& settings, const std::function<bool()>& is_canceled)
-    : scene_(scene), settings_(settings), is_canceled_(is_canceled), shadows_(scene, settings_.switches, counters_) {}
+    : scene_(scene),
+      settings_(settings),
+      is_canceled_(is_canceled),
+      shadows_(scene, settings_.switches, counters_, is_canceled) {}
 
 Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key) {
   return trace(ray, accel::closest_hit(scene_.world, ray), sampling, key);
@@ -94,6 +105,7 @@ Color Integrator::radiance(const geometry::Ray& ray, const std::optional<accel::
 Color Integrator::direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key) {
   Color sum;
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    if ((i + 1) % lights_between_looks == 0 && is_canceled_()) return math::black;
     sum += std::visit(
         [&](const auto& light) {
           return lit_by(light, at, weight, {i, {key, first_light + i}});
@@ -149,29 +161,47 @@ Color Integrator::lit_by(const DistantLight& light, const ShadingPoint& at, cons
   return visible(share, shadows_.disc(at, disc, *sampling_, place.samples), weight);
 }
 
-template <class SampleFunction>
-Color Integrator::averaged_area_light(const SampleFunction& sample, std::uint32_t count, const Color& weight) {
-  sampling::Halves halves;  // of a (0, 2)-sequence: the first and the last samples
-  Color sum_of_squares, unshadowed;
+template <class SampleFunction, class ExactDiffuse>
+Color Integrator::averaged_area_light(const SampleFunction& sample, const Color& weight, bool is_lit,
+                                      const ExactDiffuse& exact_diffuse) {
+  const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
+  struct Sums {
+    sampling::Halves halves;  // of a (0, 2)-sequence: the first and the last samples
+    Color of_squares, unshadowed;
+  } whole, highlights;
+  bool is_open = true;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Color value = sample(i, unshadowed);
-    halves.add(2 * i >= count, value);
-    sum_of_squares += value * value;
+    if ((i + 1) % samples_between_looks == 0 && is_canceled_()) return math::black;
+    const AreaSample light = sample(i);
+    is_open = is_open && light.transmittance == math::white;
+    const auto add = [&](const Color& unshadowed, Sums& sums) {
+      const Color value = filtered(unshadowed, light.transmittance);
+      sums.halves.add(2 * i >= count, value);
+      sums.of_squares += value * value;
+      sums.unshadowed += unshadowed;
+    };
+    add(light.diffuse + light.highlight, whole);
+    add(light.highlight, highlights);
   }
+  // Where no sample is hidden the closed form is nearer to the truth – and whether that is certain beforehand depends
+  // on how the scene is searched, which the picture must not.
+  const std::optional<Color> exact = is_open ? exact_diffuse() : std::nullopt;
+  const Sums& used = exact ? highlights : whole;
   const double n = count;
-  const Color mean = halves.mean();
+  const Color mean = used.halves.mean();
   // That n samples agree does not mean that all would: as for discs, half a sample more may be shadowed or not.
   const double share = 0.5 / (n + 1);
-  const Color unknown = unshadowed * unshadowed * (share * (1 - share) / (n * n));
-  const Color found = sum_of_squares * (1 / n) - mean * mean;
+  const Color& at_stake = exact && is_lit ? highlights.unshadowed : whole.unshadowed;
+  const Color unknown = at_stake * at_stake * (share * (1 - share) / (n * n));
+  const Color found = used.of_squares * (1 / n) - mean * mean;
   const Color spread{std::max(found.r, unknown.r), std::max(found.g, unknown.g), std::max(found.b, unknown.b)};
   // As for discs: well-spread samples beat independent ones by √N in variance.
   const Color squared = filtered(weight, weight);
   const double scale = spread_variance / (n * std::sqrt(n));
-  variance_.measured += filtered(squared, halves.variance(sampling::Halves::points));
+  variance_.measured += filtered(squared, used.halves.variance(sampling::Halves::points));
   variance_.modelled += filtered(
       squared, {std::max(0.0, spread.r) * scale, std::max(0.0, spread.g) * scale, std::max(0.0, spread.b) * scale});
-  return mean;
+  return exact.value_or(math::black) + mean;
 }
 
 Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, const Color& weight,
@@ -189,37 +219,35 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
       std::max(math::length(diagonal), math::length(light.edge_u - light.edge_v) * 0.5) * (1 + math::gamma(64));
   shadows_.aim(at, place.index, {light.corner + diagonal, half_width}, false);
   const Shadows::Verdict verdict = shadows_.classify(at, corners, false);
-  const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
-  if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
-  Color exact;
-  const bool is_exact =
-      settings_.switches.exact_area_lights && verdict == Shadows::Verdict::lit && is_wholly_above(at, corners);
-  if (is_exact) {
-    exact = exact_diffuse(at, light.radiance, projected_solid_angle(corners, at.surface.shading_normal));
-    if (math::is_black(at.material->specular)) return exact;
+  if (verdict == Shadows::Verdict::dark) return skip_samples(counters_.shadow_rays_dark), math::black;
+  const auto exact_diffuse = [&]() -> std::optional<Color> {
+    if (!settings_.switches.exact_area_lights || !is_wholly_above(at, corners)) return std::nullopt;
+    return diffuse_of(at, light.radiance, projected_solid_angle(corners, at.surface.shading_normal));
+  };
+  const bool is_lit = verdict == Shadows::Verdict::lit;
+  if (is_lit && math::is_black(at.material->specular)) {
+    if (const auto exact = exact_diffuse()) return skip_samples(counters_.area_samples_exact), *exact;
   }
   const auto seen = light.is_right_angled ? sampling::SphericalRectangle::seen_from(at.surface.position, light.corner,
                                                                                     light.edge_u, light.edge_v)
                                           : std::nullopt;
-  // The light often lies in a surface of the scene (a lamp in a ceiling): its samples sit that much in front of it.
-  const Vec3 lifted = light.normal * (math::gamma(32) * dot(math::abs(light.normal),
-                                                            math::abs(light.corner) + math::abs(at.surface.position)));
+  // The light often lies in a surface of the scene (a lamp in a ceiling), whose triangles may be far larger: its
+  // samples sit that much in front of it.
+  const Vec3 lifted =
+      light.normal *
+      (math::gamma(32) *
+       (dot(math::abs(light.normal), math::abs(light.corner) + math::abs(at.surface.position)) + scene_.extent));
   const sampling::Key key = place.samples.key();
-  const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
+  const auto sample = [&](std::uint32_t i) -> AreaSample {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
     const Vec3 towards =
         (seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y) + lifted;
-    if (!is_on_viewers_side(at, towards)) return math::black;
+    if (!is_on_viewers_side(at, towards)) return {};
     const double distance = math::length(towards);
     const double measure = seen ? seen->solid_angle() : light.area * height / (distance * distance * distance);
-    const Vec3 l = towards * (-1 / distance);
-    const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (measure / math::pi);
-    if (math::is_black(share)) return math::black;
-    const Color value = filtered(light.radiance, share);
-    unshadowed += value;
-    return filtered(value, shadows_.transmittance_of_sample(verdict, at, towards, 1));
+    return lit_sample(at, light.radiance * (measure / math::pi), towards, verdict);
   };
-  return exact + averaged_area_light(sample, count, weight);
+  return averaged_area_light(sample, weight, is_lit, exact_diffuse);
 }
 
 Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight,
@@ -227,7 +255,6 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
   const Vec3 axis = light.center - at.surface.position;
   if (!(dot(at.facing, axis) > -light.radius)) return ++counters_.lights_facing_away, math::black;
   const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
-  const auto count = static_cast<std::uint32_t>(sampling_->spiral.count());
   shadows_.aim(at, place.index, {light.center, light.radius}, false);
   Shadows::Verdict verdict = Shadows::Verdict::unknown;
   if (cone) {
@@ -244,18 +271,23 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
     if (verdict == Shadows::Verdict::dark && classify_up_to(d - r) != Shadows::Verdict::dark)
       verdict = Shadows::Verdict::unknown;
   }
-  if (verdict == Shadows::Verdict::dark) return counters_.shadow_rays_dark += count, math::black;
-  Color exact;
-  const bool is_exact = settings_.switches.exact_area_lights && verdict == Shadows::Verdict::lit &&
-                        dot(at.facing, axis) > light.radius &&
-                        std::fabs(dot(at.surface.shading_normal, axis)) > light.radius;
-  if (is_exact) {
-    exact = exact_diffuse(at, light.radiance,
-                          std::fabs(projected_solid_angle(axis, light.radius, at.surface.shading_normal)));
-    if (math::is_black(at.material->specular)) return exact;
+  if (verdict == Shadows::Verdict::dark) return skip_samples(counters_.shadow_rays_dark), math::black;
+  const auto exact_diffuse = [&]() -> std::optional<Color> {
+    if (!settings_.switches.exact_area_lights || !(dot(at.facing, axis) > light.radius) ||
+        !(std::fabs(dot(at.surface.shading_normal, axis)) > light.radius))
+      return std::nullopt;
+    return diffuse_of(at, light.radiance,
+                      std::fabs(projected_solid_angle(axis, light.radius, at.surface.shading_normal)));
+  };
+  const bool is_lit = verdict == Shadows::Verdict::lit;
+  if (is_lit && math::is_black(at.material->specular)) {
+    if (const auto exact = exact_diffuse()) return skip_samples(counters_.area_samples_exact), *exact;
   }
+  // The light is often shown by a sphere that glows, of the same radius: its samples sit that much in front of it.
+  const double lifted = math::gamma(32) * dot(math::abs(light.center) + math::abs(at.surface.position), {1, 1, 1}) +
+                        0x1p-40 * light.radius;
   const sampling::Key key = place.samples.key();
-  const auto sample = [&](std::uint32_t i, Color& unshadowed) -> Color {
+  const auto sample = [&](std::uint32_t i) -> AreaSample {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
     Vec3 towards;
     if (cone) {
@@ -266,21 +298,26 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
       const double inside = light.radius * light.radius - dot(axis, axis);
       towards = w * (b + std::sqrt(std::max(0.0, b * b + inside)));
     }
-    if (!is_on_viewers_side(at, towards)) return math::black;
+    if (!is_on_viewers_side(at, towards)) return {};
     const double solid_angle = cone ? cone->solid_angle : 4 * math::pi;
-    const Vec3 l = towards * (-1 / math::length(towards));
-    const Color share = (is_exact ? highlight(at, l) : phong(at, l)) * (solid_angle / math::pi);
-    if (math::is_black(share)) return math::black;
-    const Color value = filtered(light.radiance, share);
-    unshadowed += value;
-    return filtered(value, shadows_.transmittance_of_sample(verdict, at, towards, 1));
+    const double left = std::max(0.0, 1 - lifted / math::length(towards));
+    return lit_sample(at, light.radiance * (solid_angle / math::pi), towards * left, verdict);
   };
-  return exact + averaged_area_light(sample, count, weight);
+  return averaged_area_light(sample, weight, is_lit, exact_diffuse);
 }
 
-Color Integrator::exact_diffuse(const ShadingPoint& at, const Color& radiance, double projected_solid_angle) {
-  counters_.area_samples_exact += static_cast<std::uint64_t>(sampling_->spiral.count());
-  return filtered(radiance, at.material->diffuse * (projected_solid_angle / math::pi));
+Integrator::AreaSample Integrator::lit_sample(const ShadingPoint& at, const Color& radiance, const Vec3& towards,
+                                              Shadows::Verdict verdict) {
+  const Vec3 l = towards * (-1 / math::length(towards));
+  AreaSample sample{filtered(radiance, at.material->diffuse * std::fabs(dot(l, at.surface.shading_normal))),
+                    filtered(radiance, highlight(at, l))};
+  if (!math::is_black(sample.diffuse + sample.highlight))
+    sample.transmittance = shadows_.transmittance_of_sample(verdict, at, towards, 1);
+  return sample;
+}
+
+void Integrator::skip_samples(std::uint64_t& counter) const {
+  counter += static_cast<std::uint64_t>(sampling_->spiral.count());
 }
 
 Color Integrator::secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key) {

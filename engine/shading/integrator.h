@@ -25,7 +25,8 @@ struct IntegratorSettings {
 /// What a camera ray sees: section 2 of the contract, evaluated recursively. One per thread.
 class Integrator {
  public:
-  /// `is_canceled` is asked at every surface; once true, rays return black at once. All arguments outlive this object.
+  /// `is_canceled` is asked at every surface and between many samples; once true, rays return black at once. All
+  /// arguments outlive this object.
   Integrator(const Scene& scene, const IntegratorSettings& settings, const std::function<bool()>& is_canceled);
 
   struct Sample {
@@ -66,11 +67,18 @@ class Integrator {
   bool is_skipped(bool adds_nothing, std::uint64_t& counter);
   /// `share` × the light through a visibility; accounts for its variance.
   Color visible(const Color& share, const Visibility& visibility, const Color& weight);
-  /// Diffuse light from an area light that nothing hides, in closed form.
-  Color exact_diffuse(const ShadingPoint& at, const Color& radiance, double projected_solid_angle);
-  /// The mean of an area light's `count` samples; accounts for its variance.
-  template <class SampleFunction>
-  Color averaged_area_light(const SampleFunction& sample, std::uint32_t count, const Color& weight);
+  /// What a sample of an area light adds where nothing hides it, and how much of that gets through.
+  struct AreaSample {
+    Color diffuse, highlight, transmittance = math::white;
+  };
+  /// `towards` is the sample's place; `radiance` is already times its share of the light.
+  AreaSample lit_sample(const ShadingPoint& at, const Color& radiance, const Vec3& towards, Shadows::Verdict verdict);
+  /// The mean of an area light's samples; accounts for its variance. The light is known to be lit wholly if `is_lit`;
+  /// `exact_diffuse()` is the diffuse part when it is, if there is a closed form.
+  template <class SampleFunction, class ExactDiffuse>
+  Color averaged_area_light(const SampleFunction& sample, const Color& weight, bool is_lit,
+                            const ExactDiffuse& exact_diffuse);
+  void skip_samples(std::uint64_t& counter) const;
 
   const Scene& scene_;
   IntegratorSettings settings_;

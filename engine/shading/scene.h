@@ -60,6 +60,8 @@ struct Scene {
   std::vector<std::uint32_t> item_material;  // of World::items
   std::vector<Light> lights;
   Color background, ambient;
+  double extent = 0;               // the largest coordinate of what is not infinite, for a scene with rectangle lights
+  double typical_edge = HUGE_VAL;  // of triangles that no instances share: about as long as half of them
 };
 
 }  // namespace penumbra::shading

@@ -133,8 +133,7 @@ Visibility Shadows::disc(const ShadingPoint& at, const SeenDisc& disc, const Dis
     const auto is_seen = [&](double x, double y) { return cross(at, axis + u * x + v * y, limit); };
     const Vec3 from = leave_surface(at.surface, at.facing);
     const DiscView view{from, disc.is_infinite ? axis : axis - (from - at.surface.position), u, v, disc.is_infinite};
-    const std::size_t edges_each =
-        at.footprint > scene_.world.triangles.typical_edge ? fine_edges_per_chord : edges_per_chord;
+    const std::size_t edges_each = at.footprint > scene_.typical_edge ? fine_edges_per_chord : edges_per_chord;
     gather(at, view, is_above_horizon, edges_each * static_cast<std::size_t>(sampling.chords.count()));
     if (candidates_.is_dark()) {
       counters_.shadow_rays_dark += count;
@@ -183,8 +182,11 @@ void Shadows::sample(const ShadingPoint& at, const Vec3& axis, const Vec3& u, co
     const auto [x, y] = spiral.point(i, turn);
     return axis + u * x + v * y;
   };
+  std::uint32_t taken = 0;
+  const auto is_canceled = [&] { return ++taken % samples_between_looks == 0 && is_canceled_(); };
   if (!switches_.shadow_bundles || listed() != nullptr) {
-    for (int i = 0; i < count; ++i) transmittances_[static_cast<std::size_t>(i)] = transmittance(at, towards(i), limit);
+    for (int i = 0; i < count && !is_canceled(); ++i)
+      transmittances_[static_cast<std::size_t>(i)] = transmittance(at, towards(i), limit);
     return;
   }
   const Vec3& n = at.surface.normal;
@@ -209,6 +211,7 @@ void Shadows::sample(const ShadingPoint& at, const Vec3& axis, const Vec3& u, co
     size = 0;
   };
   for (const int i : spiral.around()) {
+    if (is_canceled()) return;
     const Vec3 direction = towards(i);
     if (dot(at.facing, direction) < 0 && !at.material->transmits) {
       transmittances_[static_cast<std::size_t>(i)] = math::black;

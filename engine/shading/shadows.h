@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "engine/accel/candidates.h"
@@ -55,12 +56,15 @@ struct SeenDisc {
   bool is_infinite = false;
 };
 
+/// Somebody who cancels waits for so many samples of one light at most.
+inline constexpr std::uint32_t samples_between_looks = 64;
+
 /// Answers how much of a light a point sees. Holds scratch space: one per thread.
 class Shadows {
  public:
   /// All arguments outlive this object.
-  Shadows(const Scene& scene, const Switches& switches, Counters& counters)
-      : scene_(scene), switches_(switches), counters_(counters), cells_(scene.world) {}
+  Shadows(const Scene& scene, const Switches& switches, Counters& counters, const std::function<bool()>& is_canceled)
+      : scene_(scene), switches_(switches), counters_(counters), is_canceled_(is_canceled), cells_(scene.world) {}
 
   /// To be called before any of the others: what is asked next is about this point and the light that `light` names,
   /// which lies inside `target`; `is_disc` where `disc` will be asked for.
@@ -87,7 +91,7 @@ class Shadows {
   const accel::CellContents* listed() const { return shared() == Shared::listed ? cell_ : nullptr; }
   /// Fills crossed_ with the transparent items between the point and point + `towards`; false if one is opaque.
   bool cross(const ShadingPoint& at, const Vec3& towards, double limit);
-  /// Fills transmittances_ with those towards the points of the spiral.
+  /// Fills transmittances_ with those towards the points of the spiral; with anything once it is canceled.
   void sample(const ShadingPoint& at, const Vec3& axis, const Vec3& u, const Vec3& v, double limit,
               const sampling::DiscSpiral& spiral, const sampling::DiscSpiral::Turn& turn);
   Color through_items(const std::vector<std::uint32_t>& items) const;
@@ -102,6 +106,7 @@ class Shadows {
   const Scene& scene_;
   const Switches& switches_;
   Counters& counters_;
+  const std::function<bool()>& is_canceled_;
   LightCells cells_;
   const accel::CellContents* cell_ = nullptr;  // of the point and light aimed at
   accel::Crossed crossed_;

@@ -143,8 +143,9 @@ ServeSettings::ServeSettings() {
   const std::size_t machine = machine_memory_bytes();
   if (machine == 0) return;
   // Of a machine or container that has less than twice the usual limit, half goes to one job; a quarter is left for
-  // everything but renders.
+  // everything but renders, half of that for bodies.
   jobs.limits.max_memory_bytes = std::min(jobs.limits.max_memory_bytes, machine / 2);
+  http.listener.max_held_body_bytes = machine / 8;
   jobs.max_running_bytes = machine / 4 * 3;
 }
 

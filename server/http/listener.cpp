@@ -14,7 +14,9 @@
 #include "server/http/adapter.h"
 #include "server/http/problems.h"
 #include "server/http/request_head.h"
+#include "server/http/submit.h"
 #include "server/http/threads.h"
+#include "server/store/job_store.h"
 
 namespace penumbra::http {
 
@@ -24,6 +26,7 @@ using HandlerResponse = httplib::Server::HandlerResponse;
 
 constexpr int backlog = 4096, overload_retry_s = 2;
 constexpr std::size_t refusing_threads = 8;
+constexpr std::size_t small_body_bytes = 64u << 10;  // not counted
 constexpr auto longest_stop = std::chrono::seconds(4);
 
 /// A connection as the library sees it.
@@ -84,6 +87,10 @@ Response response_to(const std::exception_ptr& thrown) {
     std::rethrow_exception(thrown);
   } catch (const api::InvalidBody& invalid) {
     return problem_response(invalid.problem());
+  } catch (const store::StorageFull&) {
+    return problem_response(insufficient_storage());
+  } catch (const store::StoreFailed&) {
+    return stopping_response();
   } catch (const std::exception& error) {
     spdlog::error("a request failed: {}", error.what());
   } catch (...) {
@@ -271,6 +278,33 @@ class Listener::Implementation : public httplib::Server {
     }
   }
 
+  /// A place for a body among those of all connections, while this lives.
+  class HeldBody {
+   public:
+    HeldBody(Implementation& listener, std::size_t bytes)
+        : listener_(listener), bytes_(bytes > small_body_bytes ? bytes : 0) {
+      if (bytes_ == 0) return;
+      const std::lock_guard lock(listener_.mutex_);
+      std::size_t& held = listener_.held_body_bytes_;
+      // One alone may always come.
+      has_room_ = held == 0 || held + bytes_ <= listener_.settings_.max_held_body_bytes;
+      if (!has_room_) bytes_ = 0;
+      held += bytes_;
+    }
+    ~HeldBody() {
+      const std::lock_guard lock(listener_.mutex_);
+      listener_.held_body_bytes_ -= bytes_;
+    }
+    HeldBody(const HeldBody&) = delete;
+    HeldBody& operator=(const HeldBody&) = delete;
+    bool has_room() const { return has_room_; }
+
+   private:
+    Implementation& listener_;
+    std::size_t bytes_;
+    bool has_room_ = true;
+  };
+
   /// False when the connection ends with this request.
   bool answer(Connection& connection, std::variant<std::string, api::Problem, Connection::End>& head,
               Exchange& exchange) {
@@ -282,6 +316,11 @@ class Listener::Implementation : public httplib::Server {
     auto checked = check_head(std::get<std::string>(head), settings_.connection.max_body_bytes);
     if (const auto* problem = std::get_if<api::Problem>(&checked)) return refused(*problem);
     auto& request = std::get<RequestHead>(checked);
+    const HeldBody body(*this, request.body_bytes);
+    if (!body.has_room()) {
+      refuse(connection, exchange, unavailable("too many large bodies are on their way"), overload_retry_s);
+      return false;
+    }
     exchange.method = std::move(request.method);
     exchange.target = std::move(request.target);
     exchange.trace = parse_traceparent(request.traceparent.value_or(""));
@@ -332,7 +371,8 @@ class Listener::Implementation : public httplib::Server {
   int port_ = 0;
   std::mutex mutex_;
   std::condition_variable connection_ended_;
-  std::size_t connections_ = 0;  // guarded by mutex_
+  // Guarded by mutex_:
+  std::size_t connections_ = 0, held_body_bytes_ = 0;
   std::jthread accepting_;
 };
 

@@ -16,6 +16,8 @@ struct ListenerSettings {
   int port = 8080;  // 0: any free one
   std::size_t max_connections = 1024;
   ConnectionLimits connection;
+  /// Of the large bodies of all connections, from the first byte to the answer.
+  std::size_t max_held_body_bytes = 1u << 30;
 };
 
 /// One address where a router's routes are answered, with threads of its own. `finish` may be called from any thread.

@@ -22,9 +22,8 @@ Response render(const Request& request, JobManager& manager) {
     job = manager.wait(id, Clock::now() + client_check_interval);
     // The job stays queued: the same body sent again joins it, or finds its image.
     if (job && !api::is_final(job->state) && manager.is_stopping()) return stopping_response();
-    const bool is_own = submission.outcome == jobs::Submission::Outcome::accepted;
     if (job && !api::is_final(job->state) && !request.is_client_there()) {
-      if (is_own) manager.cancel(id);
+      manager.give_up(id);
       return problem_response(job_canceled());
     }
   }

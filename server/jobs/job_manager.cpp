@@ -41,6 +41,7 @@ Submission JobManager::submit(std::string body, const std::optional<std::string>
   if (idempotency_key) key = store::IdempotencyKey{*idempotency_key, store::sha256_hex(body), submitter.owner};
   const auto answer_of = [&](const store::Created& created) {
     const bool is_conflict = created.outcome == store::Created::Outcome::conflict;
+    if (!is_conflict) claim(created.job.id);
     return Submission{is_conflict ? Submission::Outcome::key_conflict : Submission::Outcome::repeated,
                       find(created.job.id).value_or(resource_of(created.job)), 1};
   };
@@ -197,21 +198,55 @@ JobList JobManager::list(const store::Filter& filter, std::size_t limit,
   return list;
 }
 
+void JobManager::claim(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto job = live_.find(id);
+  if (job != live_.end()) ++job->second->claims;
+}
+
+void JobManager::give_up(const std::string& id) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto job = live_.find(id);
+    if (job == live_.end() || --job->second->claims > 0) return;
+  }
+  cancel(id);
+}
+
 std::optional<api::JobResource> JobManager::cancel(const std::string& id) {
   if (const std::shared_ptr<LiveJob> job = find_live(id)) {
-    bool is_mine = false;
+    bool is_mine = false, is_ending = false;
     {
       const std::lock_guard lock(mutex_);
       job->is_cancel_asked = true;
       is_mine = queue_.detach(*job);
+      is_ending = !is_mine && job->render && job->render->jobs.empty();
     }
     if (is_mine) {
       // What waited behind it may fit.
       work_available_.notify_all();
       end(*job, stopped(StopReason::canceled, 0));
+    } else if (is_ending) {
+      // Too late: how it ends is decided, and about to be stored.
+      constexpr auto longest = std::chrono::seconds(10);
+      job->wait_until_final(Clock::now() + longest);
     }
   }
+  cancel_left(id);
   return find(id);
+}
+
+void JobManager::cancel_left(const std::string& id) {
+  if (!is_stopping() || find_live(id)) return;
+  const std::optional<store::JobRecord> record = store_.find(id);
+  if (!record || api::is_final(record->state)) return;
+  store::Ending ending = stopped(StopReason::canceled, 0);
+  ending.percent = record->percent;
+  ending.finished_at =
+      std::max({system_clock::now(), record->created_at, record->started_at.value_or(record->created_at)});
+  store_.finish(id, ending);
+  const std::lock_guard lock(mutex_);
+  ++totals_.canceled;
 }
 
 bool JobManager::remove(const std::string& id) {

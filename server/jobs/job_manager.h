@@ -95,6 +95,8 @@ class JobManager {
   JobList list(const store::Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const;
   /// Asks an unfinished job to stop: a queued one has ended when this returns, a running one soon will.
   std::optional<api::JobResource> cancel(const std::string& id);
+  /// For a caller that `submit` has answered with the job and that wants it no more: the last one cancels it.
+  void give_up(const std::string& id);
   /// Forgets a job; cancels it first where needed. False when there is none.
   bool remove(const std::string& id);
 
@@ -141,6 +143,9 @@ class JobManager {
   std::shared_ptr<LiveJob> find_live(const std::string& id) const;
   std::vector<std::shared_ptr<LiveJob>> jobs_of(const SharedRender& render) const;
   int retry_after_s() const;
+  /// What a stopping server has left queued in the store is canceled there.
+  void cancel_left(const std::string& id);
+  void claim(const std::string& id);
   /// Whether a render that needs this much may start beside those that run; needs mutex_ held.
   bool has_room(std::size_t bytes) const;
   /// For a render whose need was not known when it was taken: waits until there is room, or it is to stop.

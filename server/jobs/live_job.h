@@ -23,6 +23,7 @@ class LiveJob {
   // Guarded by the mutex of the JobManager:
   std::shared_ptr<SharedRender> render;  // nothing while the job is being stored
   bool is_cancel_asked = false;
+  int claims = 1;  // calls that were answered with this job and have not given it up
 
   /// queued → running, as the render it takes part in does. False when the server has left the job.
   bool start(api::Time now, std::shared_ptr<const SharedRender> shared);

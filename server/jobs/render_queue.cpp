@@ -8,7 +8,9 @@ namespace penumbra::jobs {
 SharedRender::QueueKey RenderQueue::key_of(const SharedRender& render) {
   const auto first = std::max_element(render.jobs.begin(), render.jobs.end(),
                                       [](const auto& a, const auto& b) { return a->priority() < b->priority(); });
-  return {-(*first)->priority(), render.first_id};
+  const auto oldest = std::min_element(render.jobs.begin(), render.jobs.end(),
+                                       [](const auto& a, const auto& b) { return a->id() < b->id(); });
+  return {-(*first)->priority(), (*oldest)->id()};
 }
 
 void RenderQueue::attach(const std::shared_ptr<LiveJob>& job, const std::string& spec_hash,
@@ -22,7 +24,6 @@ void RenderQueue::attach(const std::shared_ptr<LiveJob>& job, const std::string&
   }
   const auto render = std::make_shared<SharedRender>(spec_hash, std::move(request), body_bytes);
   render->jobs.push_back(job);
-  render->first_id = job->id();
   render->key = key_of(*render);
   if (!spec_hash.empty()) by_hash_.emplace(spec_hash, render);
   queue_.emplace(render->key, render);

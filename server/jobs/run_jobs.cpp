@@ -74,23 +74,25 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
   if (settings_.on_image && ending && ending->stats) settings_.on_image(*ending->stats);
   const double took_s = render->running_s();
   std::vector<std::shared_ptr<LiveJob>> jobs;
+  std::vector<bool> is_canceled;  // whoever asked was told that the job is on its way there
   {
     const std::lock_guard lock(mutex_);
     jobs = queue_.close(*render);
+    for (const std::shared_ptr<LiveJob>& job : jobs) is_canceled.push_back(job->is_cancel_asked);
     running_.erase(render.get());
     if (unmeasured_ == render) unmeasured_.reset();
     running_bytes_ -= render->held_bytes;
     average_s_ += (took_s - average_s_) / 8;
   }
   work_available_.notify_all();
-  for (const std::shared_ptr<LiveJob>& job : jobs) {
-    if (!ending) {
-      leave(*job);
-      continue;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    if (is_canceled[i]) {
+      end(*jobs[i], stopped(StopReason::canceled, 0));
+    } else if (ending) {
+      end(*jobs[i], *ending);
+    } else {
+      leave(*jobs[i]);
     }
-    store::Ending own = *ending;
-    if (own.state != api::JobState::succeeded) own.percent = job->resource().percent;
-    end(*job, std::move(own));
   }
 }
 
@@ -152,16 +154,21 @@ std::optional<store::Ending> JobManager::rendered(SharedRender& render, const ap
 
 bool JobManager::store_ending(const LiveJob& job, store::Ending& ending) {
   constexpr auto pause = std::chrono::seconds(1);
-  while (true) {
+  constexpr int most_tries = 30;  // to store the image, where not the disk is full but, say, descriptors are short
+  for (int tries = 1;; ++tries) {
+    bool is_full = false;
     try {
       store_.finish(job.id(), ending);
       return true;
     } catch (const store::StoreFailed&) {
       return false;
-    } catch (const std::exception& error) {
+    } catch (const store::StorageFull& error) {
+      is_full = true;
       spdlog::error("job {}: its end cannot be stored: {}", job.id(), error.what());
+    } catch (const std::exception& error) {
+      spdlog::error("job {}: its end cannot be stored yet: {}", job.id(), error.what());
     }
-    if (ending.image) {
+    if (ending.image && (is_full || tries >= most_tries)) {
       const api::Time finished_at = ending.finished_at;
       ending = not_stored();
       ending.finished_at = finished_at;
@@ -176,6 +183,7 @@ bool JobManager::store_ending(const LiveJob& job, store::Ending& ending) {
 
 void JobManager::end(LiveJob& job, store::Ending ending) {
   // Stored before anyone hears of it.
+  if (ending.state != api::JobState::succeeded) ending.percent = job.resource().percent;
   ending.finished_at = job.not_before(system_clock::now());
   if (!store_ending(job, ending)) return leave(job);
   spdlog::debug("job {} {}", job.id(), api::name_of(ending.state));

@@ -47,11 +47,10 @@ class SharedRender {
   /// `start`.
   std::shared_ptr<const std::string> preview() const;
 
-  /// (−priority, id of the first job): the least is next.
+  /// (−priority, id of the oldest job): the least is next.
   using QueueKey = std::pair<int, std::string>;
   // Guarded by the mutex of the JobManager:
   std::vector<std::shared_ptr<LiveJob>> jobs;  // that are to have the image
-  std::string first_id;                        // of the job it was made for
   QueueKey key;                                // where it waits
   bool is_running = false;
   std::size_t held_bytes = 0;  // of the memory for renders, while it runs

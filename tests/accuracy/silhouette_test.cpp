@@ -88,7 +88,8 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
     shading::Counters counters;
     const shading::Switches none = test::with_candidates(false);
     const shading::Switches all;
-    shading::Shadows swept(scene, all, counters), cast(scene, none, counters);
+    const std::function<bool()> never = [] { return false; };
+    shading::Shadows swept(scene, all, counters, never), cast(scene, none, counters, never);
     const shading::DiscSampling sampling(1024), dense(rays);
     test::Random random(static_cast<unsigned long>(seed) + 1000);
     for (int i = 0; i < 150; ++i) {

@@ -51,7 +51,8 @@ int bench(const std::string& path, int edge, int grid, int rays) {
   std::mutex mutex;
   pool.run(grid, pool.size(), [&](std::int64_t row) {
     shading::Counters counters;
-    shading::Shadows classifies(scene, all, counters), casts(scene, none, counters);
+    const std::function<bool()> never = [] { return false; };
+    shading::Shadows classifies(scene, all, counters, never), casts(scene, none, counters, never);
     const shading::DiscSampling few(16), many(rays);
     Counts here;
     for (int column = 0; column < grid; ++column) {

@@ -121,3 +121,49 @@ TEST_CASE("smooth normals shade, geometric ones decide the side") {
   CHECK(lit("[-0.6, 0, -0.8]") == doctest::Approx(1));
   CHECK(lit("[-1, 0, 0.01]") == 0);
 }
+
+TEST_CASE("what stands close to a surface hides a light however far that is") {
+  for (const double far : {1e3, 1e9, 1e12}) {
+    for (const double radius : {0.0, 1e-4 * far}) {
+      const double lit = red(fmt::format(
+          R"("objects": [{}, {{"type": "polygon", "vertices": [[0.02, -1, 0.03], [1, -1, 0.03], [1, 1, 0.03], [0.02, 1, 0.03]]}}],
+             "lights": [{{"type": "point", "position": [{}, 0, {}], "intensity": 1, "radius": {}}}])",
+          wall(R"({"diffuse": 1})"), far, far, radius));
+      CHECK(lit == 0);
+    }
+  }
+}
+
+TEST_CASE("a squashed shape behind a soft light hides none of it") {
+  for (const char* shape :
+       {R"("type": "sphere", "center": [1.16, 0, 3.45], "radius": 0.5)",
+        R"("type": "cylinder", "point": [1.16, 0, 3.2], "direction": [0, 0, 1], "radius": 0.3, "height": 0.5)"}) {
+    const double lit = red(fmt::format(
+        R"("objects": [{}, {{"type": "group", "transform": [10,0,0,0, 0,10,0,0, 0,0,1,0, 0,0,0,1], "objects": [{{{}}}]}}],
+           "lights": [{{"type": "point", "position": [5, 0, 5], "intensity": 1, "radius": 3}}])",
+        wall(R"({"diffuse": 1})"), shape));
+    CHECK(lit == doctest::Approx(std::sqrt(0.5)));
+  }
+}
+
+TEST_CASE("a lamp that is shown does not shade itself: a ball that glows, a panel in a wide ceiling") {
+  const auto with = [](const std::string& light, const std::string& lamp) {
+    return red(fmt::format(R"("objects": [{}{}], "lights": [{}])", wall(R"({"diffuse": 1})"), lamp, light));
+  };
+  const std::string ball = R"({"type": "sphere", "center": [3, 1, 4], "radius": 0.7, "intensity": 1})";
+  CHECK(with(ball, R"(, {"type": "sphere", "center": [3, 1, 4], "radius": 0.7, "material": {"emission": 1}})") ==
+        doctest::Approx(with(ball, "")));
+  const std::string panel =
+      R"({"type": "rectangle", "corner": [9.5, -0.5, 6], "edge_u": [0, 1, 0], "edge_v": [1, 0, 0], "intensity": 9})";
+  CHECK(
+      with(panel,
+           R"(, {"type": "polygon", "vertices": [[-2e3, -3e3, 6], [3e3, -2e3, 6], [2e3, 3e3, 6], [-3e3, 2e3, 6]]})") ==
+      doctest::Approx(with(panel, "")));
+}
+
+TEST_CASE("any ratio of refraction lets a ray straight on that comes along the normal") {
+  for (const char* ior : {"1e-20", "1e20", "1.5"}) {
+    CHECK(red(fmt::format(R"("objects": [{}, {}])", wall(fmt::format(R"({{"transmission": 1, "ior": {}}})", ior)),
+                          wall(R"({"emission": 1})", -1))) == 1);
+  }
+}

@@ -169,6 +169,23 @@ TEST_CASE("too many connections are answered, not left waiting") {
   }));
 }
 
+TEST_CASE("large bodies on their way have a budget") {
+  penumbra::http::ServerSettings settings;
+  settings.listener.max_held_body_bytes = 200'000;
+  const TestServer server({}, settings);
+  const std::string large = small_job() + std::string(150'000, ' ');
+  CHECK(post(server.port(), "/v1/render", large).status == 200);
+  {
+    Client slow(server.port());
+    slow.send("POST /v1/jobs HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: 150000\r\n\r\n{");
+    Reply refused;
+    CHECK(eventually([&] { return (refused = post(server.port(), "/v1/render", large)).status == 503; }));
+    CHECK(std::stoi(refused.headers.at("retry-after")) >= 1);
+    CHECK(post(server.port(), "/v1/render", small_job()).status == 200);
+  }
+  CHECK(eventually([&] { return post(server.port(), "/v1/render", large).status == 200; }));
+}
+
 TEST_CASE("old clients and last requests") {
   const TestServer server;
   Client old(server.port());

@@ -97,6 +97,45 @@ TEST_CASE("renders found in the store wait for memory too") {
   CHECK(eventually([&] { return state(ids[2]) == api::JobState::succeeded; }));
 }
 
+TEST_CASE("a job that shares a render waits where its own age puts it") {
+  const TestServer server(settings_for(1, 10));
+  const std::string running = server.submit(endless_job());
+  REQUIRE(server.reaches(running, "running"));
+  const std::string shared = another_job();
+  const std::string oldest = server.submit(shared), older = server.submit(another_job()),
+                    newest = server.submit(shared);
+  CHECK(server.job(newest).at("queue_position") == 1);
+  call(server.port(), "POST", "/v1/jobs/" + oldest + "/cancel");
+  CHECK(server.job(older).at("queue_position") == 1);
+  CHECK(server.job(newest).at("queue_position") == 2);
+}
+
+TEST_CASE("a job canceled out of a shared render keeps its percentage") {
+  const TestServer server(settings_for(1, 10));
+  const std::string body = endless_job(), one = server.submit(body), other = server.submit(body);
+  const auto percent = [&](const std::string& id) { return server.job(id).at("progress").at("percent").get<double>(); };
+  REQUIRE(eventually([&] { return percent(other) > 0; }));
+  const double before = percent(other);
+  call(server.port(), "POST", "/v1/jobs/" + other + "/cancel");
+  CHECK(server.state_of(other) == "canceled");
+  CHECK(percent(other) >= before);
+  CHECK(server.state_of(one) == "running");
+}
+
+TEST_CASE("what is canceled while the server stops does not come back") {
+  TestStore store;
+  render::Pool pool(1);
+  jobs::JobManager manager(settings_for(1, 10), store, pool);
+  const std::string running = manager.submit(endless_job(), std::nullopt).job.id;
+  const std::string queued = manager.submit(another_job(), std::nullopt).job.id;
+  const std::string kept = manager.submit(another_job(), std::nullopt).job.id;
+  REQUIRE(eventually([&] { return manager.find(running)->state == api::JobState::running; }));
+  manager.stop();
+  for (const std::string& id : {running, queued}) CHECK(manager.cancel(id)->state == api::JobState::canceled);
+  CHECK(manager.find(kept)->state == api::JobState::queued);
+  CHECK(store.unfinished().size() == 1);
+}
+
 TEST_CASE("higher priorities go first, equal ones in order") {
   const TestServer server(settings_for(1, 10));
   const std::string running = server.submit(endless_job());

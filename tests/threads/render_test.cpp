@@ -7,6 +7,7 @@
 #include <cmath>
 #include <thread>
 
+#include "engine/math/elementary.h"
 #include "engine/output/encode.h"
 #include "engine/render/cores.h"
 #include "tests/support/picture.h"
@@ -67,6 +68,41 @@ TEST_CASE("every acceleration gives the same image") {
       job.options.acceleration = acceleration;
       CHECK(png(*rendered(job).film) == png(best));
     }
+  }
+}
+
+TEST_CASE(
+    "every acceleration gives the same soft shadows: of meshes finer than pixels, of what may or may not be in sight") {
+  // A ball of 3,200 triangles, some ten pixels wide, and a tall rod beside the shaft of a panel.
+  std::string positions, indices;
+  constexpr int rows = 40, columns = 40;
+  for (int i = 0; i <= rows; ++i) {
+    for (int j = 0; j < columns; ++j) {
+      const double polar = math::pi * i / rows, azimuth = 2 * math::pi * j / columns;
+      for (const double x : {std::sin(polar) * std::cos(azimuth), std::cos(polar), std::sin(polar) * std::sin(azimuth)})
+        positions += std::to_string(x) + ",";
+      if (i == rows) continue;
+      const int a = i * columns + j, b = i * columns + (j + 1) % columns;
+      for (const int k : {a, b, a + columns, b, b + columns, a + columns}) indices += std::to_string(k) + ",";
+    }
+  }
+  positions.pop_back(), indices.pop_back();
+  api::JobRequest job = api::parse_job(R"({"scene": {
+    "camera": {"position": [0, 6, 12], "look_at": [0, 0, 0], "vertical_fov": 40},
+    "objects": [{"type": "mesh", "positions": [)" +
+                                       positions + R"(], "indices": [)" + indices + R"(]},
+      {"type": "sphere", "center": [3.5, 0, 0], "radius": 1, "material": {"diffuse": 0.5, "specular": 0.3, "shininess": 20}},
+      {"type": "cylinder", "point": [5.1, -5, 0], "direction": [0, 1, 0], "radius": 0.5, "height": 30},
+      {"type": "polygon", "vertices": [[-9, -1.2, -9], [-9, -1.2, 9], [9, -1.2, 9], [9, -1.2, -9]]}],
+    "lights": [{"type": "point", "position": [-4, 6, 2], "intensity": 0.5, "radius": 0.8},
+      {"type": "rectangle", "corner": [2.5, 5, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2], "intensity": 2},
+      {"type": "rectangle", "corner": [-4, 5, 0], "edge_u": [1, 0, 1], "edge_v": [1, 0, -1], "intensity": 1}]},
+    "options": {"width": 48, "height": 48, "shadow_samples": 16}})");
+  const render::Film best = *rendered(job).film;
+  for (const auto acceleration : {scene::Acceleration::none, scene::Acceleration::cbr, scene::Acceleration::groups,
+                                  scene::Acceleration::median}) {
+    job.options.acceleration = acceleration;
+    CHECK(png(*rendered(job).film) == png(best));
   }
 }
 
@@ -145,6 +181,37 @@ TEST_CASE("mirrors that reflect each other for ever can be canceled inside a pix
     control.cancel();
   });
   CHECK_FALSE(render::render(job.scene, job.options, pool, control));
+}
+
+TEST_CASE("thousands of soft lights behind glass can be canceled inside a pixel") {
+  std::string glass, lights;
+  for (int i = 0; i < 20; ++i)
+    glass += R"({"type": "sphere", "center": [0, 0, )" + std::to_string(2 + i) +
+             R"(], "radius": 0.4, "material": "glass"},)";
+  for (int i = 0; i < 3000; ++i)
+    lights += std::string(i == 0 ? "" : ",") +
+              R"({"type": "point", "position": [0, 0, 30], "intensity": 1e-4, "radius": )" +
+              std::to_string(1 + i * 1e-4) + "}";
+  const api::JobRequest job = api::parse_job(
+      R"({"scene": {"camera": {"position": [0, 3, 1], "look_at": [0, 0, 0], "vertical_fov": 1},
+    "materials": {"glass": {"transmission": 0.9}}, "lights": [)" +
+      lights + R"(],
+    "objects": [)" +
+      glass + R"({"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}]},
+    "options": {"width": 1, "height": 1, "shadow_samples": 4096, "acceleration": "none"}})");
+  render::Pool pool(1);
+  render::Control control;
+  std::chrono::steady_clock::time_point canceled_at;
+  std::jthread canceler([&] {
+    while (control.preview().width == 0) std::this_thread::yield();  // until it is compiled
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    canceled_at = std::chrono::steady_clock::now();
+    control.cancel();
+  });
+  // To the end it would take many seconds.
+  CHECK_FALSE(render::render(job.scene, job.options, pool, control));
+  canceler.join();
+  CHECK(std::chrono::steady_clock::now() - canceled_at < std::chrono::seconds(2));
 }
 
 TEST_CASE("renders share a pool, and each gives its own picture") {

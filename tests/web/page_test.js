@@ -159,6 +159,29 @@ test('a long job can be canceled', async () => {
   assert.ok(await page.isEnabled('#render'));
 });
 
+test('an OpenEXR image is shown by its preview, and saved under its own name', async () => {
+  await choose('light-sphere-point');
+  const job = JSON.parse(await page.inputValue('#body'));
+  job.options = {...job.options, width: 64, height: 48, format: 'exr'};
+  await page.fill('#body', JSON.stringify(job));
+  await page.click('#render');
+  await state('Done');
+  await until(() => document.querySelector('#picture').complete && document.querySelector('#picture').naturalWidth === 64);
+  assert.match(await page.getAttribute('#picture', 'src'), /\/preview$/);
+  assert.equal(await page.getAttribute('#download', 'download'), 'penumbra.exr');
+  assert.match(await page.getAttribute('#download', 'href'), /\/image$/);
+});
+
+test('an end that may not be asked for yet is asked for again', async () => {
+  await choose('light-sphere-point');
+  let refused = 0;
+  await page.route('**/v1/jobs/*', route => refused++ === 0 ? route.fulfill({status: 429, headers: {'Retry-After': '1'}}) : route.continue());
+  await page.click('#render');
+  await state('Done');
+  await page.unrouteAll();
+  assert.ok(refused > 1);
+});
+
 test('a server that asks for a key gets it from who has one', async () => {
   const keys = join(store, '..', `${store.split('/').pop()}-keys`);
   const made = spawnSync(join(bin, 'penumbra'), ['key', 'create', '--owner', 'alice', '--keys', keys], {encoding: 'utf8'});
@@ -217,4 +240,5 @@ test('a JSON Pointer is found in the text', () => {
   assert.equal(at('/a/2/0'), '2');
   assert.equal(at('/d~0'), 'null');
   assert.equal(at('/a/1/missing'), '{"b/c": "x, }"}');
+  assert.equal(locate('{"a": [1}', '/a/7'), null);
 });

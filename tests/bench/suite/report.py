@@ -26,7 +26,7 @@ def machine():
     processor = first_line("lscpu", pattern=r"(?<=Model name:).+")
     instructions = "AVX-512" if "avx512f" in first_line("lscpu", pattern=r"Flags:.+") else "no AVX-512"
     return "\n".join([
-        f"{processor}, {first_line('nproc')} cores, {instructions}; {first_line('uname', '-sr')}",
+        f"{processor}, {first_line('nproc')} cores, {instructions}; {first_line('uname', '-sm')}",
         first_line("g++", "--version"),
         "Penumbra " + first_line("git", "-C", str(ROOT), "log", "-1", "--format=%h of %cs"),
         "Embree " + first_line("dpkg-query", "-W", "-f", "${Version}", "libembree-dev"),
