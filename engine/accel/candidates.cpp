@@ -11,11 +11,12 @@ namespace penumbra::accel {
 
 class Candidates::Search {
  public:
-  Search(const World& world, const SurfaceId& self, bool leaves_self, const Projection* projection,
-         std::size_t most_edges, Candidates& found)
+  Search(const World& world, const SurfaceId& self, bool leaves_self, std::uint32_t ignored,
+         const Projection* projection, std::size_t most_edges, Candidates& found)
       : world_(world),
         self_(self),
         leaves_self_(leaves_self),
+        ignored_(ignored),
         projection_(projection),
         most_edges_(most_edges),
         found_(found) {
@@ -170,6 +171,7 @@ class Candidates::Search {
   }
 
   bool add_item(const Shaft& shaft, std::uint32_t id) {
+    if (id == ignored_) return false;
     const Item& item = world_.items[id];
     if (item.kind == Kind::mesh) {
       if (item.placement == not_placed) return add_mesh(shaft, shaft, id, projection_, nullptr);
@@ -241,6 +243,7 @@ class Candidates::Search {
   const World& world_;
   SurfaceId self_;
   bool leaves_self_;
+  std::uint32_t ignored_;
   const Projection* projection_;
   std::size_t most_edges_;
   bool has_edges_in_disc_alone_ = false;
@@ -262,14 +265,14 @@ std::span<const std::uint32_t> Candidates::scene_order() {
 }
 
 void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
-                        const CellContents* among) {
-  Search(world, self, leaves_self, nullptr, 0, *this).collect(shaft, among);
+                        const CellContents* among, std::uint32_t ignored) {
+  Search(world, self, leaves_self, ignored, nullptr, 0, *this).collect(shaft, among);
 }
 
 void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
                                     const SurfaceId& self, bool leaves_self, const CellContents* among,
                                     std::size_t most_edges) {
-  Search(world, self, leaves_self, &projection, most_edges, *this).collect(shaft, among);
+  Search(world, self, leaves_self, no_item, &projection, most_edges, *this).collect(shaft, among);
 }
 
 }  // namespace penumbra::accel

@@ -27,9 +27,9 @@ class Candidates {
   /// `self` is what the apex lies on: a flat surface is left out, and with `leaves_self` a curved one too – when every
   /// segment leaves it on its outer side, it cannot meet a convex shape again. With `among`, the contents of a cell
   /// that holds the apex and of a target that holds the quadrilateral's samples: only what is listed there is looked
-  /// at, and among its edges.
+  /// at, and among its edges. The item `ignored` counts for nothing.
   void gather(const World& world, const Shaft& shaft, const SurfaceId& self, bool leaves_self,
-              const CellContents* among = nullptr);
+              const CellContents* among = nullptr, std::uint32_t ignored = no_item);
 
   /// As `gather`, but of opaque triangles only the silhouette: the edges in sight that do not lie between two triangles
   /// side by side. Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH

@@ -40,6 +40,7 @@ enum class Kind : std::uint8_t { patch, sphere, plane, tube, cylinder, mesh };
 struct Placement {
   math::Affine local_to_world, world_to_local;
 };
+inline constexpr std::uint32_t no_item = 0xffffffff;
 inline constexpr std::uint32_t not_placed = 0xffffffff;
 
 /// One thing rays can meet. `index` points into the array of its kind – for a patch, to the first of its triangles –,

@@ -7,7 +7,7 @@
 #include "engine/accel/tree.h"
 #include "engine/accel/wide_tree.h"
 #include "engine/geometry/polygon.h"
-#include "engine/math/elementary.h"
+#include "engine/render/compile_lights.h"
 
 namespace penumbra::render {
 namespace {
@@ -325,71 +325,12 @@ class Compiler {
   std::uint32_t material_ = 0;  // of the object being added
 };
 
-shading::Light compiled(const scene::PointLight& light) {
-  return shading::DiscLight{light.position, light.intensity, light.attenuation, light.radius, false, {}, 0, 0};
-}
-shading::Light compiled(const scene::SpotLight& light) {
-  return shading::DiscLight{light.position,
-                            light.intensity,
-                            light.attenuation,
-                            light.radius,
-                            true,
-                            math::normalize(light.direction),
-                            light.exponent,
-                            math::sine_cosine_degrees(light.cutoff_degrees).cosine};
-}
-shading::Light compiled(const scene::DirectionalLight& light) {
-  const auto [sine, cosine] = math::sine_cosine_degrees(light.angular_radius_degrees);
-  return shading::DistantLight{math::normalize(light.direction), light.intensity, sine / cosine};
-}
-shading::Light compiled(const scene::RectangleLight& light) {
-  const Vec3 normal = math::cross(light.edge_u, light.edge_v);
-  const double skew = std::fabs(math::dot(light.edge_u, light.edge_v));
-  const bool is_right_angled = skew <= math::gamma(16) * math::length(light.edge_u) * math::length(light.edge_v);
-  return shading::RectangleLight{light.corner,   light.edge_u,         light.edge_v,   math::normalize(normal),
-                                 light.radiance, math::length(normal), is_right_angled};
-}
-shading::Light compiled(const scene::SphereLight& light) {
-  return shading::SphereLight{light.center, light.radius, light.radiance};
-}
-
-math::Color& brightness(scene::Light& light) {
-  return std::visit(
-      [](auto& l) -> math::Color& {
-        if constexpr (requires { l.intensity; }) {
-          return l.intensity;
-        } else {
-          return l.radiance;
-        }
-      },
-      light);
-}
-
-bool differ_only_in_brightness(scene::Light a, scene::Light b) {
-  brightness(a) = brightness(b) = {};
-  return a == b;
-}
-
 }  // namespace
 
 Compiled compile(const scene::Description& description, const CompileSettings& settings) {
   Compiled result;
   Compiler(description, settings).add_objects(result.scene);
-  std::vector<scene::Light> lights;
-  for (scene::Light light : description.lights) {
-    if (settings.is_canceled()) break;
-    const auto twin = std::find_if(lights.begin(), lights.end(),
-                                   [&](const scene::Light& l) { return differ_only_in_brightness(l, light); });
-    if (settings.merge_lights && twin != lights.end()) {
-      brightness(*twin) += brightness(light);
-      ++result.merged_lights;
-    } else {
-      lights.push_back(light);
-    }
-  }
-  for (const scene::Light& light : lights) {
-    result.scene.lights.push_back(std::visit([](const auto& l) { return compiled(l); }, light));
-  }
+  result.scene.lights = compile_lights(description.lights, result.scene.world, settings, result.merged_lights);
   result.scene.background = description.background;
   result.scene.ambient = description.ambient;
   return result;

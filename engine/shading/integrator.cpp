@@ -218,7 +218,7 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   const double half_width =
       std::max(math::length(diagonal), math::length(light.edge_u - light.edge_v) * 0.5) * (1 + math::gamma(64));
   shadows_.aim(at, place.index, {light.corner + diagonal, half_width}, false);
-  const Shadows::Verdict verdict = shadows_.classify(at, corners, false);
+  const Shadows::Verdict verdict = shadows_.classify(at, corners);
   if (verdict == Shadows::Verdict::dark) return skip_samples(counters_.shadow_rays_dark), math::black;
   const auto exact_diffuse = [&]() -> std::optional<Color> {
     if (!settings_.switches.exact_area_lights || !is_wholly_above(at, corners)) return std::nullopt;
@@ -257,6 +257,7 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
   const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
   shadows_.aim(at, place.index, {light.center, light.radius}, false);
   Shadows::Verdict verdict = Shadows::Verdict::unknown;
+  const std::uint32_t ignored = settings_.switches.exact_area_lights ? light.lamp : accel::no_item;
   if (cone) {
     // All samples lie in the tangent cone, between the plane that touches the sphere and the one of the tangent circle.
     const double d = cone->distance, r = cone->radius;
@@ -264,7 +265,7 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
     const auto classify_up_to = [&](double depth) {
       const Vec3 middle = cone->frame.n * depth, u = cone->frame.u * (depth * slope),
                  v = cone->frame.v * (depth * slope);
-      return shadows_.classify(at, {middle - u - v, middle + u - v, middle + u + v, middle - u + v}, false);
+      return shadows_.classify(at, {middle - u - v, middle + u - v, middle + u + v, middle - u + v}, ignored);
     };
     verdict = classify_up_to((d - r) * (d + r) / d);
     // What hides the far plane may stand inside the light: only in front of the near plane does it hide every sample.

@@ -76,18 +76,16 @@ Color Shadows::transmittance(const ShadingPoint& at, const Vec3& towards, double
   return is_behind ? product * own_surface(at) : product;
 }
 
-Shadows::Verdict Shadows::classify(const ShadingPoint& at, const std::array<Vec3, 4>& corners, bool is_infinite) {
+Shadows::Verdict Shadows::classify(const ShadingPoint& at, const std::array<Vec3, 4>& corners, std::uint32_t ignored) {
   if (!switches_.shadow_candidates) return Verdict::unknown;
   if (shared() == Shared::lit) return Verdict::lit;
   if (shared() == Shared::dark) return Verdict::dark;
   const Vec3 middle = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
   const Vec3 apex = leave_surface(at.surface, dot(at.facing, middle) < 0 ? -at.facing : at.facing);
   std::array<Vec3, 4> targets = corners;
-  if (!is_infinite) {
-    for (Vec3& corner : targets) corner += at.surface.position;
-  }
-  candidates_.gather(scene_.world, accel::Shaft(apex, targets, is_infinite), at.id, leaves_on_outer_side(at, corners),
-                     cell_);
+  for (Vec3& corner : targets) corner += at.surface.position;
+  candidates_.gather(scene_.world, accel::Shaft(apex, targets, false), at.id, leaves_on_outer_side(at, corners), cell_,
+                     ignored);
   if (candidates_.is_dark()) return Verdict::dark;
   if (candidates_.is_incomplete()) return Verdict::unknown;
   return candidates_.is_empty() ? Verdict::lit : Verdict::listed;

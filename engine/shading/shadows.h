@@ -80,7 +80,8 @@ class Shadows {
 
   /// Prepares `transmittance_of_sample` for a light inside the quadrilateral `corners` (points, relative to the point).
   enum class Verdict { lit, dark, listed, unknown };
-  Verdict classify(const ShadingPoint& at, const std::array<Vec3, 4>& corners, bool is_infinite);
+  /// The item `ignored` hides none of the light.
+  Verdict classify(const ShadingPoint& at, const std::array<Vec3, 4>& corners, std::uint32_t ignored = accel::no_item);
   /// As `transmittance`, towards a place inside the quadrilateral last classified, which was not `dark`.
   Color transmittance_of_sample(Verdict verdict, const ShadingPoint& at, const Vec3& towards, double limit);
 

@@ -152,6 +152,10 @@ TEST_CASE("a lamp that is shown does not shade itself: a ball that glows, a pane
   };
   const std::string ball = R"({"type": "sphere", "center": [3, 1, 4], "radius": 0.7, "intensity": 1})";
   CHECK(with(ball, R"(, {"type": "sphere", "center": [3, 1, 4], "radius": 0.7, "material": {"emission": 1}})") ==
+        with(ball, ""));
+  // A placed one is not known for the lamp, and sampled.
+  CHECK(with(ball, R"(, {"type": "group", "transform": [1,0,0,0, 0,1,0,0, 0,0,1,0, 3,1,4,1], "objects": [
+               {"type": "sphere", "center": [0, 0, 0], "radius": 0.7, "material": {"emission": 1}}]})") ==
         doctest::Approx(with(ball, "")));
   const std::string panel =
       R"({"type": "rectangle", "corner": [9.5, -0.5, 6], "edge_u": [0, 1, 0], "edge_v": [1, 0, 0], "intensity": 9})";

@@ -1,0 +1,110 @@
+#include "engine/render/compile_lights.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "engine/math/elementary.h"
+#include "engine/math/error_free.h"
+
+namespace penumbra::render {
+namespace {
+
+using math::Vec3;
+
+shading::Light compiled(const scene::PointLight& light) {
+  return shading::DiscLight{light.position, light.intensity, light.attenuation, light.radius, false, {}, 0, 0};
+}
+shading::Light compiled(const scene::SpotLight& light) {
+  return shading::DiscLight{light.position,
+                            light.intensity,
+                            light.attenuation,
+                            light.radius,
+                            true,
+                            math::normalize(light.direction),
+                            light.exponent,
+                            math::sine_cosine_degrees(light.cutoff_degrees).cosine};
+}
+shading::Light compiled(const scene::DirectionalLight& light) {
+  const auto [sine, cosine] = math::sine_cosine_degrees(light.angular_radius_degrees);
+  return shading::DistantLight{math::normalize(light.direction), light.intensity, sine / cosine};
+}
+shading::Light compiled(const scene::RectangleLight& light) {
+  const Vec3 normal = math::cross(light.edge_u, light.edge_v);
+  const double skew = std::fabs(math::dot(light.edge_u, light.edge_v));
+  const bool is_right_angled = skew <= math::gamma(16) * math::length(light.edge_u) * math::length(light.edge_v);
+  return shading::RectangleLight{light.corner,   light.edge_u,         light.edge_v,   math::normalize(normal),
+                                 light.radiance, math::length(normal), is_right_angled};
+}
+shading::Light compiled(const scene::SphereLight& light) {
+  return shading::SphereLight{light.center, light.radius, light.radiance};
+}
+
+math::Color& brightness(scene::Light& light) {
+  return std::visit(
+      [](auto& l) -> math::Color& {
+        if constexpr (requires { l.intensity; }) {
+          return l.intensity;
+        } else {
+          return l.radiance;
+        }
+      },
+      light);
+}
+
+bool differ_only_in_brightness(scene::Light a, scene::Light b) {
+  brightness(a) = brightness(b) = {};
+  return a == b;
+}
+
+/// Finds the spheres of the scene that show lights.
+class Lamps {
+ public:
+  explicit Lamps(const accel::World& world) {
+    for (std::uint32_t i = 0; i < world.items.size(); ++i) {
+      const accel::Item& item = world.items[i];
+      if (item.kind != accel::Kind::sphere || item.placement != accel::not_placed) continue;
+      const geometry::SphereShape& sphere = world.spheres[item.index];
+      items_.emplace(key(sphere.center, sphere.radius), i);
+    }
+  }
+  std::uint32_t at(const shading::SphereLight& light) const {
+    const auto found = items_.find(key(light.center, light.radius));
+    return found == items_.end() ? accel::no_item : found->second;
+  }
+
+ private:
+  using Key = std::array<double, 4>;
+  static Key key(const Vec3& center, double radius) { return {center.x, center.y, center.z, radius}; }
+  std::map<Key, std::uint32_t> items_;
+};
+
+}  // namespace
+
+std::vector<shading::Light> compile_lights(const std::vector<scene::Light>& lights, const accel::World& world,
+                                           const CompileSettings& settings, std::uint64_t& merged) {
+  std::vector<scene::Light> kept;
+  for (scene::Light light : lights) {
+    if (settings.is_canceled()) break;
+    const auto twin = std::find_if(kept.begin(), kept.end(),
+                                   [&](const scene::Light& l) { return differ_only_in_brightness(l, light); });
+    if (settings.merge_lights && twin != kept.end()) {
+      brightness(*twin) += brightness(light);
+      ++merged;
+    } else {
+      kept.push_back(light);
+    }
+  }
+  std::vector<shading::Light> result;
+  std::optional<Lamps> lamps;
+  for (const scene::Light& light : kept) {
+    result.push_back(std::visit([](const auto& l) { return compiled(l); }, light));
+    if (auto* sphere = std::get_if<shading::SphereLight>(&result.back())) {
+      if (!lamps) lamps.emplace(world);
+      sphere->lamp = lamps->at(*sphere);
+    }
+  }
+  return result;
+}
+
+}  // namespace penumbra::render
