@@ -233,19 +233,18 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
                                           : std::nullopt;
   // The light often lies in a surface of the scene (a lamp in a ceiling), whose triangles may be far larger: its
   // samples sit that much in front of it.
-  const Vec3 lifted =
-      light.normal *
-      (math::gamma(32) *
-       (dot(math::abs(light.normal), math::abs(light.corner) + math::abs(at.surface.position)) + scene_.extent));
+  const double rounding =
+      math::gamma(32) *
+      (dot(math::abs(light.normal), math::abs(light.corner) + math::abs(at.surface.position)) + scene_.extent);
+  const Vec3 lift = light.normal * std::min(rounding, 0x1p-20 * height);
   const sampling::Key key = place.samples.key();
   const auto sample = [&](std::uint32_t i) -> AreaSample {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
-    const Vec3 towards =
-        (seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y) + lifted;
+    const Vec3 towards = seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y;
     if (!is_on_viewers_side(at, towards)) return {};
     const double distance = math::length(towards);
     const double measure = seen ? seen->solid_angle() : light.area * height / (distance * distance * distance);
-    return lit_sample(at, light.radiance * (measure / math::pi), towards, verdict);
+    return lit_sample(at, light.radiance * (measure / math::pi), towards * (1 / distance), towards + lift, verdict);
   };
   return averaged_area_light(sample, weight, is_lit, exact_diffuse);
 }
@@ -301,19 +300,18 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
     }
     if (!is_on_viewers_side(at, towards)) return {};
     const double solid_angle = cone ? cone->solid_angle : 4 * math::pi;
-    const double left = std::max(0.0, 1 - lifted / math::length(towards));
-    return lit_sample(at, light.radiance * (solid_angle / math::pi), towards * left, verdict);
+    const double distance = math::length(towards), left = std::max(0.5, 1 - lifted / distance);
+    return lit_sample(at, light.radiance * (solid_angle / math::pi), towards * (1 / distance), towards * left, verdict);
   };
   return averaged_area_light(sample, weight, is_lit, exact_diffuse);
 }
 
-Integrator::AreaSample Integrator::lit_sample(const ShadingPoint& at, const Color& radiance, const Vec3& towards,
-                                              Shadows::Verdict verdict) {
-  const Vec3 l = towards * (-1 / math::length(towards));
-  AreaSample sample{filtered(radiance, at.material->diffuse * std::fabs(dot(l, at.surface.shading_normal))),
-                    filtered(radiance, highlight(at, l))};
+Integrator::AreaSample Integrator::lit_sample(const ShadingPoint& at, const Color& radiance, const Vec3& direction,
+                                              const Vec3& place, Shadows::Verdict verdict) {
+  AreaSample sample{filtered(radiance, at.material->diffuse * std::fabs(dot(direction, at.surface.shading_normal))),
+                    filtered(radiance, highlight(at, -direction))};
   if (!math::is_black(sample.diffuse + sample.highlight))
-    sample.transmittance = shadows_.transmittance_of_sample(verdict, at, towards, 1);
+    sample.transmittance = shadows_.transmittance_of_sample(verdict, at, place, 1);
   return sample;
 }
 

@@ -71,8 +71,10 @@ class Integrator {
   struct AreaSample {
     Color diffuse, highlight, transmittance = math::white;
   };
-  /// `towards` is the sample's place; `radiance` is already times its share of the light.
-  AreaSample lit_sample(const ShadingPoint& at, const Color& radiance, const Vec3& towards, Shadows::Verdict verdict);
+  /// Of the sample at `place` (relative to the point), which is seen in the unit `direction`; `radiance` is already
+  /// times its share of the light.
+  AreaSample lit_sample(const ShadingPoint& at, const Color& radiance, const Vec3& direction, const Vec3& place,
+                        Shadows::Verdict verdict);
   /// The mean of an area light's samples; accounts for its variance. The light is known to be lit wholly if `is_lit`;
   /// `exact_diffuse()` is the diffuse part when it is, if there is a closed form.
   template <class SampleFunction, class ExactDiffuse>

@@ -58,10 +58,47 @@ class TaskQueue : public httplib::TaskQueue {
   Threads threads_;
 };
 
+/// What the large bodies of all connections take together.
+class HeldBodies {
+ public:
+  explicit HeldBodies(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  /// A body's place, as long as this lives.
+  class Place {
+   public:
+    explicit Place(HeldBodies& bodies) : bodies_(bodies) {}
+    ~Place() {
+      const std::lock_guard lock(bodies_.mutex_);
+      bodies_.bytes_ -= bytes_;
+    }
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+    /// False when there is no room; one alone may always come.
+    bool take(std::size_t bytes) {
+      if (bytes <= small_body_bytes) return true;
+      const std::lock_guard lock(bodies_.mutex_);
+      if (bodies_.bytes_ > 0 && bodies_.bytes_ + bytes > bodies_.most_bytes_) return false;
+      bytes_ = bytes;
+      bodies_.bytes_ += bytes;
+      return true;
+    }
+
+   private:
+    HeldBodies& bodies_;
+    std::size_t bytes_ = 0;
+  };
+
+ private:
+  const std::size_t most_bytes_;
+  std::mutex mutex_;
+  std::size_t bytes_ = 0;  // guarded by mutex_
+};
+
 /// The library hands a handler nothing of its connection but this function, which is a field meant for clients.
 struct Progress {
   const Connection* connection;
   Exchange* exchange;
+  HeldBodies::Place* body;
   bool operator()(std::uint64_t, std::uint64_t) const { return connection->is_client_there(); }
 };
 
@@ -254,6 +291,9 @@ class Listener::Implementation : public httplib::Server {
       put(match.route->handler(asked(request, match.id)), response);
     } else if (const auto problem = refusal_of_body(request)) {
       put(problem_response(*problem), response);
+    } else if (!request.progress.target<Progress>()->body->take(
+                   request.get_header_value<std::uint64_t>("Content-Length"))) {
+      put(problem_response(unavailable("the server holds too many large bodies"), overload_retry_s), response);
     } else {
       return HandlerResponse::Unhandled;
     }
@@ -278,33 +318,6 @@ class Listener::Implementation : public httplib::Server {
     }
   }
 
-  /// A place for a body among those of all connections, while this lives.
-  class HeldBody {
-   public:
-    HeldBody(Implementation& listener, std::size_t bytes)
-        : listener_(listener), bytes_(bytes > small_body_bytes ? bytes : 0) {
-      if (bytes_ == 0) return;
-      const std::lock_guard lock(listener_.mutex_);
-      std::size_t& held = listener_.held_body_bytes_;
-      // One alone may always come.
-      has_room_ = held == 0 || held + bytes_ <= listener_.settings_.max_held_body_bytes;
-      if (!has_room_) bytes_ = 0;
-      held += bytes_;
-    }
-    ~HeldBody() {
-      const std::lock_guard lock(listener_.mutex_);
-      listener_.held_body_bytes_ -= bytes_;
-    }
-    HeldBody(const HeldBody&) = delete;
-    HeldBody& operator=(const HeldBody&) = delete;
-    bool has_room() const { return has_room_; }
-
-   private:
-    Implementation& listener_;
-    std::size_t bytes_;
-    bool has_room_ = true;
-  };
-
   /// False when the connection ends with this request.
   bool answer(Connection& connection, std::variant<std::string, api::Problem, Connection::End>& head,
               Exchange& exchange) {
@@ -316,11 +329,6 @@ class Listener::Implementation : public httplib::Server {
     auto checked = check_head(std::get<std::string>(head), settings_.connection.max_body_bytes);
     if (const auto* problem = std::get_if<api::Problem>(&checked)) return refused(*problem);
     auto& request = std::get<RequestHead>(checked);
-    const HeldBody body(*this, request.body_bytes);
-    if (!body.has_room()) {
-      refuse(connection, exchange, unavailable("too many large bodies are on their way"), overload_retry_s);
-      return false;
-    }
     exchange.method = std::move(request.method);
     exchange.target = std::move(request.target);
     exchange.trace = parse_traceparent(request.traceparent.value_or(""));
@@ -328,10 +336,11 @@ class Listener::Implementation : public httplib::Server {
     exchange.request_id = is_id_sane ? *request.request_id : fresh_request_id();
     connection.begin(std::move(request.text), request.body_bytes);
     ConnectionStream stream(connection);
+    HeldBodies::Place body(held_bodies_);
     const bool is_last = request.is_last || connection.is_stopping();
     bool is_closed = false;
     const bool is_well = process_request(stream, is_last, is_closed, [&](httplib::Request& r) {
-      r.progress = Progress{&connection, &exchange};
+      r.progress = Progress{&connection, &exchange, &body};
     });
     return connection.finish_response() && is_well && !is_last && !is_closed && connection.is_read();
   }
@@ -371,8 +380,8 @@ class Listener::Implementation : public httplib::Server {
   int port_ = 0;
   std::mutex mutex_;
   std::condition_variable connection_ended_;
-  // Guarded by mutex_:
-  std::size_t connections_ = 0, held_body_bytes_ = 0;
+  std::size_t connections_ = 0;  // guarded by mutex_
+  HeldBodies held_bodies_{settings_.max_held_body_bytes};
   std::jthread accepting_;
 };
 

@@ -244,7 +244,7 @@ void JobManager::cancel_left(const std::string& id) {
   ending.percent = record->percent;
   ending.finished_at =
       std::max({system_clock::now(), record->created_at, record->started_at.value_or(record->created_at)});
-  store_.finish(id, ending);
+  if (!store_.finish(id, ending)) return;
   const std::lock_guard lock(mutex_);
   ++totals_.canceled;
 }

@@ -209,8 +209,13 @@ void JobManager::leave(LiveJob& job) {
   // First, so that either this finds it running or who starts it finds it left.
   job.leave();
   if (job.resource().state == api::JobState::running) put_back(job);
-  const std::lock_guard lock(mutex_);
-  drop_live(job.id());
+  bool is_cancel_asked = false;
+  {
+    const std::lock_guard lock(mutex_);
+    drop_live(job.id());
+    is_cancel_asked = job.is_cancel_asked;
+  }
+  if (is_cancel_asked) cancel_left(job.id());
 }
 
 void JobManager::put_back(const LiveJob& job) {

@@ -157,6 +157,15 @@ TEST_CASE("a lamp that is shown does not shade itself: a ball that glows, a pane
   CHECK(with(ball, R"(, {"type": "group", "transform": [1,0,0,0, 0,1,0,0, 0,0,1,0, 3,1,4,1], "objects": [
                {"type": "sphere", "center": [0, 0, 0], "radius": 0.7, "material": {"emission": 1}}]})") ==
         doctest::Approx(with(ball, "")));
+  // A lamp that light falls on is lit by what is inside of it as little as by what is not there: finite, whatever
+  // rounding.
+  const std::string glow =
+      R"({"type": "sphere", "center": [0, 0.1, 1], "radius": 0.7, "material": {"emission": 0.25, "diffuse": 0.5}})";
+  const double seen = red(fmt::format(
+      R"("objects": [{}], "lights": [{{"type": "sphere", "center": [0, 0.1, 1], "radius": 0.7, "intensity": 1}}])",
+      glow));
+  CHECK(seen >= 0.25);
+  CHECK(seen < 1);
   const std::string panel =
       R"({"type": "rectangle", "corner": [9.5, -0.5, 6], "edge_u": [0, 1, 0], "edge_v": [1, 0, 0], "intensity": 9})";
   CHECK(

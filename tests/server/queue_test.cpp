@@ -122,6 +122,22 @@ TEST_CASE("a job canceled out of a shared render keeps its percentage") {
   CHECK(server.state_of(one) == "running");
 }
 
+TEST_CASE("a job is canceled when the last of those who were answered with it gives it up") {
+  TestStore store;
+  render::Pool pool(1);
+  jobs::JobManager manager(settings_for(1, 10), store, pool);
+  const std::string body = endless_job();
+  const std::string id = manager.submit(body, "one").job.id;
+  CHECK(manager.submit(body, "one").job.id == id);
+  CHECK(manager.submit(body, "one").outcome == jobs::Submission::Outcome::repeated);
+  const auto is_canceled = [&] { return manager.find(id)->state == api::JobState::canceled; };
+  manager.give_up(id);
+  manager.give_up(id);
+  CHECK_FALSE(is_canceled());
+  manager.give_up(id);
+  CHECK(eventually(is_canceled));
+}
+
 TEST_CASE("what is canceled while the server stops does not come back") {
   TestStore store;
   render::Pool pool(1);

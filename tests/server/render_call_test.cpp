@@ -1,8 +1,5 @@
 #include <doctest/doctest.h>
 
-#include <chrono>
-#include <thread>
-
 #include "tests/server/fixture.h"
 
 using nlohmann::json;
@@ -73,29 +70,6 @@ TEST_CASE("a render canceled by someone else answers 409") {
   REQUIRE(reply);
   CHECK(reply->status == 409);
   CHECK(json::parse(reply->body).at("type") == "/problems/job-canceled");
-}
-
-TEST_CASE("who repeats a call whose connection was lost gets the picture") {
-  const TestServer server;
-  const auto connections_are = [&](int count) {
-    return eventually([&] {
-      const std::string text = call(server.port(), "GET", "/metrics").body;
-      return text.find("penumbra_http_connections " + std::to_string(count) + "\n") != std::string::npos;
-    });
-  };
-  Client first(server.port()), second(server.port());
-  const std::string key = "Idempotency-Key: one\r\n";
-  start_endless(first, key);
-  const std::string id = running_job(server);
-  start_endless(second, key);
-  CHECK(connections_are(3));
-  // Long enough to be joined to the job, which nothing tells from outside.
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  first.close();
-  CHECK(connections_are(2));
-  CHECK(server.state_of(id) == "running");
-  second.close();
-  CHECK(server.reaches(id, "canceled"));
 }
 
 TEST_CASE("who only repeats a call does not cancel the job of the first") {

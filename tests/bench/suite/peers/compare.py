@@ -1,4 +1,5 @@
 """Penumbra beside POV-Ray and Cycles: every scene they can express, the same picture, their own clocks."""
+import math
 import shutil
 
 import numpy as np
@@ -85,7 +86,8 @@ def peers(names=None, thread_counts=(1, 2), edge=scenes.EDGE, most_runs=MOST_RUN
                     continue
                 if not report:
                     report = measure(name, threads, most_runs, edge, "--only", "penumbra", "--target", target)
-                    far_s = FAR * figures.time_at(target, figures.points(figures.budgets_of(report, "penumbra")))
+                    own_s = figures.time_at(target, figures.points(figures.budgets_of(report, "penumbra")))
+                    far_s = math.inf if own_s is None else FAR * own_s
                 report[family] = family_report(family, name, scene, threads, edge, most_runs, coarsest, far_s)
             if report:
                 save_report("peers", report)
