@@ -1,6 +1,7 @@
 #include "engine/render/compile.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "engine/accel/neighbours.h"
 #include "engine/accel/normal_cones.h"

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
+#include <variant>
 
 #include "engine/math/elementary.h"
 #include "engine/math/error_free.h"

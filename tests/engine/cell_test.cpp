@@ -233,3 +233,27 @@ TEST_CASE("a cell's outline has every silhouette edge that its points find, to t
   CHECK(outlined > 200);
   CHECK(edges > 500);
 }
+
+TEST_CASE("an edge is in the disc where some point of it is") {
+  test::Random random(11);
+  int inside = 0;
+  for (int i = 0; i < 20000; ++i) {
+    // Some behind the apex, some of them in part.
+    const auto point = [&] {
+      const double z = random.between(-0.3, 1);
+      return math::Vec3{random.between(-2, 2) * z, random.between(-2, 2) * z, z};
+    };
+    const math::Vec3 from = point(), to = point();
+    bool is_found = false, is_near = false;
+    for (int k = 0; k <= 1000; ++k) {
+      const math::Vec3 p = from + (to - from) * (k / 1000.0);
+      const double beyond = p.x * p.x + p.y * p.y - p.z * p.z;
+      is_found = is_found || (p.z > 0 && beyond < 0);
+      is_near = is_near || (p.z > -1e-2 && beyond < 1e-2);
+    }
+    if (is_found) CHECK(accel::is_in_disc(from, to));
+    if (!is_near) CHECK_FALSE(accel::is_in_disc(from, to));
+    inside += is_found ? 1 : 0;
+  }
+  CHECK(inside > 2000);
+}
