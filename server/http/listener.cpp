@@ -14,7 +14,6 @@
 #include "server/http/adapter.h"
 #include "server/http/problems.h"
 #include "server/http/request_head.h"
-#include "server/http/submit.h"
 #include "server/http/threads.h"
 #include "server/store/job_store.h"
 

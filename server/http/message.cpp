@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <ctime>
 
+#include "server/http/problems.h"
+
 namespace penumbra::http {
 
 namespace {
+
+constexpr int stopping_retry_s = 5;
 
 std::optional<std::string_view> value_of(const Fields& fields, std::string_view name) {
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.first == name; });
@@ -34,6 +38,8 @@ Response problem_response(const api::Problem& problem, int retry_after_s) {
   response.headers.emplace_back("Retry-After", std::to_string(retry_after_s));
   return response;
 }
+
+Response stopping_response() { return problem_response(unavailable("the server is stopping"), stopping_retry_s); }
 
 std::string http_date() {
   const std::time_t now = std::time(nullptr);

@@ -50,6 +50,8 @@ Response json_response(int status, std::string json);
 Response problem_response(const api::Problem& problem);
 /// With Retry-After.
 Response problem_response(const api::Problem& problem, int retry_after_s);
+/// 503: who asks may try again soon.
+Response stopping_response();
 
 /// The current time as the Date field has it (RFC 9110, 5.6.7).
 std::string http_date();

@@ -9,7 +9,6 @@ namespace penumbra::http {
 namespace {
 
 constexpr std::size_t max_key_bytes = 255;
-constexpr int stopping_retry_s = 5;
 
 bool is_key(std::string_view text) {
   return !text.empty() && text.size() <= max_key_bytes &&
@@ -57,8 +56,6 @@ std::variant<jobs::Submission, Response> submit(const Request& request, jobs::Jo
   }
   return stopping_response();
 }
-
-Response stopping_response() { return problem_response(unavailable("the server is stopping"), stopping_retry_s); }
 
 Response image_response(const Request& request, const store::FoundImage& found) {
   if (found.state == store::ImageState::expired) return problem_response(image_expired());

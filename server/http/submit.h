@@ -11,9 +11,6 @@ namespace penumbra::http {
 /// that says why there is none. Throws api::InvalidBody.
 std::variant<jobs::Submission, Response> submit(const Request& request, jobs::JobManager& manager);
 
-/// 503: who asks may try again soon.
-Response stopping_response();
-
 /// The image with its ETag (304 when If-None-Match of a GET names it), or 410.
 Response image_response(const Request& request, const store::FoundImage& found);
 
