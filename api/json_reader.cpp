@@ -1,6 +1,8 @@
 #include "api/json_reader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -94,13 +96,13 @@ class Builder {
   }
   bool parse_error(std::size_t byte, const std::string& /*token*/, const json::exception& error) {
     constexpr int out_of_range = 406;
-    if (error.id == out_of_range) {
-      // Counted, so that its pointer is that of the number and not of the array around it.
-      value({});
-      return refuse("must be a number within the range of double precision");
-    }
-    refuse_syntax(text_, byte, reason_of(error.what()));
+    if (error.id != out_of_range) refuse_syntax(text_, byte, reason_of(error.what()));
+    has_met_overflow_ = true;
+    return false;
   }
+
+  /// Whether the parser stopped at a number too large for double.
+  bool has_met_overflow() const { return has_met_overflow_; }
 
   JsonDocument take() { return std::move(document_); }
 
@@ -226,7 +228,29 @@ class Builder {
   JsonDocument document_;
   std::vector<std::uint32_t> open_;  // the arrays and objects around the next value
   std::uint32_t key_begin_ = 0, key_size_ = 0;
+  bool has_met_overflow_ = false;
 };
+
+/// The text with 9e300 in the place of each number too large for double, in as many bytes.
+std::string without_overflow(std::string_view given) {
+  std::string text(given);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"') {
+      for (++i; i < text.size() && text[i] != '"'; ++i) i += text[i] == '\\' ? 1 : 0;
+    } else if (text[i] >= '0' && text[i] <= '9') {
+      char* end = nullptr;
+      const bool is_too_large = std::isinf(std::strtod(&text[i], &end));
+      const auto size = static_cast<std::size_t>(end - &text[i]);
+      if (is_too_large) {
+        // 9e000300 and the like; the shortest that is too large is 1e309.
+        std::string number(size, '0');
+        text.replace(i, size, number.replace(0, 2, "9e").replace(size - 3, 3, "300"));
+      }
+      i += size - 1;
+    }
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -248,7 +272,11 @@ JsonDocument read_json(std::string_view text, const JsonBudget& budget) {
   }
   Builder builder(text, budget);
   json::sax_parse(text.data(), text.data() + text.size(), &builder);
-  return builder.take();
+  if (!builder.has_met_overflow()) return builder.take();
+  const std::string finite = without_overflow(text);
+  Builder second(finite, budget);
+  json::sax_parse(finite.data(), finite.data() + finite.size(), &second);
+  return second.take();
 }
 
 }  // namespace penumbra::api

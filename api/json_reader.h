@@ -15,9 +15,9 @@ struct JsonBudget {
   std::size_t max_key_bytes = 256;        // of each member's name
 };
 
-/// Reads RFC 8259 text: UTF-8 without a byte order mark, every number within the range of double. Throws InvalidBody:
-/// 413 over max_bytes; 400 with the byte's position when the text is not JSON; 422 with the pointer over another
-/// budget, or for a number too large for double. Members named twice are left to the caller, in
+/// Reads RFC 8259 text: UTF-8 without a byte order mark. A number too large for double is read as ±9e300, which is
+/// too large for every field. Throws InvalidBody: 413 over max_bytes; 400 with the byte's position when the text is not
+/// JSON; 422 with the pointer over another budget. Members named twice are left to the caller, in
 /// JsonDocument::duplicates.
 JsonDocument read_json(std::string_view text, const JsonBudget& budget = {});
 

@@ -1,6 +1,7 @@
 #include "server/cli/flags.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <string>
 
 #include "engine/scene/options.h"
@@ -29,7 +30,7 @@ void add_limit_flags(CLI::App& command, api::Limits& limits) {
   add("--max-pixels", limits.max_pixels, "Most pixels");
   add("--max-samples", limits.max_samples, "Largest samples_per_pixel and shadow_samples");
   add("--max-depth", limits.max_depth, "Largest max_depth");
-  add("--max-work", limits.max_work, "Most predicted work");
+  require_finite(add("--max-work", limits.max_work, "Most predicted work"));
   add_bytes("--max-memory", limits.max_memory_bytes, "Most predicted memory");
 }
 
@@ -37,6 +38,14 @@ void add_threads_flag(CLI::App& command, int& threads) {
   command.add_option("--threads", threads, "Render threads: N at most N, 0 one, -1 all cores, -2 all but two")
       ->check(CLI::Range(scene::cores_less_two, 4096))
       ->capture_default_str();
+}
+
+CLI::Option* require_finite(CLI::Option* option) {
+  return option->check([](const std::string& text) {
+    double value = 0;
+    return CLI::detail::lexical_cast(text, value) && !std::isfinite(value) ? text + " is not a finite number"
+                                                                           : std::string();
+  });
 }
 
 void add_environment_twins(CLI::App& command) {

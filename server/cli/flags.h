@@ -3,7 +3,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace penumbra::cli {
 
@@ -12,6 +13,9 @@ void add_limit_flags(CLI::App& command, api::Limits& limits);
 
 /// --threads with the meanings that the option `threads` has.
 void add_threads_flag(CLI::App& command, int& threads);
+
+/// Lets no infinity and nothing that is no number pass, which ranges do.
+CLI::Option* require_finite(CLI::Option* option);
 
 /// Gives every flag that has been added its environment twin: --max-body is PENUMBRA_MAX_BODY.
 void add_environment_twins(CLI::App& command);

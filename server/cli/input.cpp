@@ -2,11 +2,31 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <system_error>
 
 namespace penumbra::cli {
+
+namespace {
+
+/// With control characters escaped: names in the body are anybody's.
+std::string printable(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte != 0x7f) {
+      result += c;
+    } else {
+      char escaped[8];
+      result.append(escaped, static_cast<std::size_t>(std::snprintf(escaped, sizeof escaped, "\\u%04x", byte)));
+    }
+  }
+  return result;
+}
+
+}  // namespace
 
 std::string read_input(const std::string& path, std::size_t max_bytes) {
   std::ifstream file;
@@ -28,9 +48,9 @@ std::string read_input(const std::string& path, std::size_t max_bytes) {
 }
 
 void print_errors(const api::Problem& problem, std::ostream& out) {
-  if (problem.errors.empty()) out << problem.detail << "\n";
+  if (problem.errors.empty()) out << printable(problem.detail) << "\n";
   for (const api::FieldError& error : problem.errors)
-    out << (error.pointer.empty() ? "the body" : error.pointer) << ": " << error.detail << "\n";
+    out << printable(error.pointer.empty() ? "the body" : error.pointer) << ": " << printable(error.detail) << "\n";
 }
 
 }  // namespace penumbra::cli

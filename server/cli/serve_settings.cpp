@@ -64,10 +64,10 @@ void add_connection_flags(CLI::App& command, ServeSettings& settings) {
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::Range(1'024, 1 << 20))
       ->type_name("BYTES");
-  add("--request-timeout", settings.request_timeout_s, "Seconds in which a request must arrive")
+  require_finite(add("--request-timeout", settings.request_timeout_s, "Seconds in which a request must arrive"))
       ->check(CLI::Range(0.1, 3600.0))
       ->type_name("S");
-  add("--idle-timeout", settings.idle_timeout_s, "Seconds a connection is kept between requests")
+  require_finite(add("--idle-timeout", settings.idle_timeout_s, "Seconds a connection is kept between requests"))
       ->check(CLI::Range(0.1, 3600.0))
       ->type_name("S");
 }
@@ -87,7 +87,8 @@ void add_job_flags(CLI::App& command, ServeSettings& settings) {
       .add_option("--store", settings.store,
                   "The directory jobs are kept in; else $XDG_STATE_HOME/penumbra or ~/.local/state/penumbra")
       ->type_name("DIR");
-  command.add_option("--job-time-limit", settings.job_time_limit_s, "Seconds a render may take; 0 is any time")
+  require_finite(
+      command.add_option("--job-time-limit", settings.job_time_limit_s, "Seconds a render may take; 0 is any time"))
       ->check(CLI::NonNegativeNumber)
       ->type_name("S")
       ->capture_default_str();
@@ -99,11 +100,13 @@ void add_keeping_flags(CLI::App& command, ServeSettings& settings) {
   };
   store::Retention& retention = settings.jobs.retention;
   add("--keep-jobs", retention.max_jobs, "Finished jobs that are remembered")->check(CLI::PositiveNumber);
-  add("--keep-jobs-days", settings.keep_jobs_days, "Days for which they are")->check(CLI::PositiveNumber);
+  require_finite(add("--keep-jobs-days", settings.keep_jobs_days, "Days for which they are"))
+      ->check(CLI::PositiveNumber);
   add("--keep-images", retention.max_image_bytes, "Bytes of finished images that are kept")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES");
-  add("--keep-images-hours", settings.keep_images_hours, "Hours for which they are")->check(CLI::PositiveNumber);
+  require_finite(add("--keep-images-hours", settings.keep_images_hours, "Hours for which they are"))
+      ->check(CLI::PositiveNumber);
   add("--disk-reserve", settings.disk_reserve_bytes, "No new jobs when the disk has fewer free bytes")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES");

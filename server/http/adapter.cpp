@@ -2,6 +2,9 @@
 
 #include <httplib.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "server/http/problems.h"
 
 namespace penumbra::http {
@@ -31,6 +34,18 @@ void put_body(const std::string& text, const std::string& media_type, httplib::R
 
 void put_body(std::string_view bytes, const std::string& media_type, httplib::Response& to) {
   to.set_content(bytes.data(), bytes.size(), media_type);
+}
+
+/// Between semicolons, trimmed.
+std::vector<std::string_view> parts_of(std::string_view field) {
+  std::vector<std::string_view> parts;
+  std::size_t begin = 0, end = 0;
+  do {
+    end = std::min(field.find(';', begin), field.size());
+    parts.push_back(trimmed(field.substr(begin, end - begin)));
+    begin = end + 1;
+  } while (end < field.size());
+  return parts;
 }
 
 }  // namespace
@@ -67,11 +82,11 @@ std::string closing_text(const Response& response, const Fields& more) {
 std::optional<api::Problem> refusal_of_body(const httplib::Request& request) {
   if (!request.has_header("Content-Length")) return length_required();
   const std::string type = lower_case(request.get_header_value("Content-Type"));
-  const std::size_t semicolon = type.find(';');
-  const std::string_view parameter = semicolon == std::string::npos ? "" : trimmed(type).substr(semicolon + 1);
-  const bool is_json = trimmed(std::string_view(type).substr(0, semicolon)) == "application/json";
-  const bool is_utf8 =
-      trimmed(parameter).empty() || trimmed(parameter) == "charset=utf-8" || trimmed(parameter) == "charset=\"utf-8\"";
+  const std::vector<std::string_view> parts = parts_of(type);
+  const bool is_json = parts.front() == "application/json";
+  const bool is_utf8 = std::ranges::all_of(parts, [](std::string_view part) {
+    return !part.starts_with("charset=") || part == "charset=utf-8" || part == "charset=\"utf-8\"";
+  });
   if (is_json && is_utf8) return std::nullopt;
   return unsupported_media_type("send the header Content-Type: application/json" +
                                 std::string(is_json ? " without a charset other than utf-8" : ""));

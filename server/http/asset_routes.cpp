@@ -17,7 +17,7 @@ Response asset_response(const Request& request, const Asset& asset) {
     response.headers.emplace_back("Content-Security-Policy", content_security_policy);
     response.headers.emplace_back("Referrer-Policy", "no-referrer");
   }
-  if (request.header("if-none-match") == tag) {
+  if (names_tag(request.header("if-none-match").value_or(""), tag)) {
     response.status = 304;
     response.media_type.clear();
     response.body = std::string();

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "server/http/adapter.h"
+#include "server/http/held_bodies.h"
 #include "server/http/problems.h"
 #include "server/http/request_head.h"
 #include "server/http/threads.h"
@@ -25,7 +26,6 @@ using HandlerResponse = httplib::Server::HandlerResponse;
 
 constexpr int backlog = 4096, overload_retry_s = 2;
 constexpr std::size_t refusing_threads = 8;
-constexpr std::size_t small_body_bytes = 64u << 10;  // not counted
 constexpr auto longest_stop = std::chrono::seconds(4);
 
 /// A connection as the library sees it.
@@ -55,42 +55,6 @@ class TaskQueue : public httplib::TaskQueue {
 
  private:
   Threads threads_;
-};
-
-/// What the large bodies of all connections take together.
-class HeldBodies {
- public:
-  explicit HeldBodies(std::size_t most_bytes) : most_bytes_(most_bytes) {}
-
-  /// A body's place, as long as this lives.
-  class Place {
-   public:
-    explicit Place(HeldBodies& bodies) : bodies_(bodies) {}
-    ~Place() {
-      const std::lock_guard lock(bodies_.mutex_);
-      bodies_.bytes_ -= bytes_;
-    }
-    Place(const Place&) = delete;
-    Place& operator=(const Place&) = delete;
-    /// False when there is no room; one alone may always come.
-    bool take(std::size_t bytes) {
-      if (bytes <= small_body_bytes) return true;
-      const std::lock_guard lock(bodies_.mutex_);
-      if (bodies_.bytes_ > 0 && bodies_.bytes_ + bytes > bodies_.most_bytes_) return false;
-      bytes_ = bytes;
-      bodies_.bytes_ += bytes;
-      return true;
-    }
-
-   private:
-    HeldBodies& bodies_;
-    std::size_t bytes_ = 0;
-  };
-
- private:
-  const std::size_t most_bytes_;
-  std::mutex mutex_;
-  std::size_t bytes_ = 0;  // guarded by mutex_
 };
 
 /// The library hands a handler nothing of its connection but this function, which is a field meant for clients.
@@ -187,7 +151,9 @@ class Listener::Implementation : public httplib::Server {
         serve(connection);
       } else {
         Exchange exchange = exchange_on(connection);
-        refuse(connection, exchange, unavailable("too many connections are open"), overload_retry_s);
+        const bool is_stopping = connection.is_stopping();
+        refuse(connection, exchange,
+               unavailable(is_stopping ? "the server is stopping" : "too many connections are open"), overload_retry_s);
         note(connection, exchange);
       }
     } catch (const std::exception& error) {
@@ -274,7 +240,6 @@ class Listener::Implementation : public httplib::Server {
     if (exchange == nullptr) return HandlerResponse::Unhandled;
     const Router::Match match = router_.find(request.method == "HEAD" ? "GET" : request.method, request.path);
     if (!match.name.empty()) exchange->route = match.name;
-    exchange->origin = guard_.allowed_origin(field_of(request, "Origin").value_or(""));
     if (request.method == "OPTIONS" && (!match.allowed.empty() || request.path == "*")) {
       put(answer_options(*exchange, match.allowed, request.has_header("Access-Control-Request-Method")), response);
     } else if (match.allowed.empty()) {
@@ -320,19 +285,22 @@ class Listener::Implementation : public httplib::Server {
   /// False when the connection ends with this request.
   bool answer(Connection& connection, std::variant<std::string, api::Problem, Connection::End>& head,
               Exchange& exchange) {
-    const auto refused = [&](const api::Problem& problem) {
-      refuse(connection, exchange, problem);
-      return false;
-    };
-    if (const auto* problem = std::get_if<api::Problem>(&head)) return refused(*problem);
-    auto checked = check_head(std::get<std::string>(head), settings_.connection.max_body_bytes);
-    if (const auto* problem = std::get_if<api::Problem>(&checked)) return refused(*problem);
-    auto& request = std::get<RequestHead>(checked);
+    RequestHead request;
+    if (const auto* text = std::get_if<std::string>(&head)) {
+      request = check_head(*text, settings_.connection.max_body_bytes);
+    } else {
+      request.problem = std::get<api::Problem>(std::move(head));
+    }
     exchange.method = std::move(request.method);
     exchange.target = std::move(request.target);
     exchange.trace = parse_traceparent(request.traceparent.value_or(""));
     const bool is_id_sane = request.request_id && is_request_id(*request.request_id);
     exchange.request_id = is_id_sane ? *request.request_id : fresh_request_id();
+    exchange.origin = guard_.allowed_origin(request.origin.value_or(""));
+    if (request.problem) {
+      refuse(connection, exchange, *request.problem);
+      return false;
+    }
     connection.begin(std::move(request.text), request.body_bytes);
     ConnectionStream stream(connection);
     HeldBodies::Place body(held_bodies_);
@@ -347,7 +315,7 @@ class Listener::Implementation : public httplib::Server {
   void refuse(Connection& connection, Exchange& exchange, const api::Problem& problem, int retry_after_s = 0) {
     exchange.status = problem.status;
     if (exchange.request_id.empty()) exchange.request_id = fresh_request_id();
-    metrics_.count_request(exchange.route, "none", problem.status);
+    metrics_.count_request(exchange.route, exchange.method.empty() ? "none" : exchange.method, problem.status);
     const Response response = retry_after_s > 0 ? problem_response(problem, retry_after_s) : problem_response(problem);
     connection.write(closing_text(response, guard_.fields_for(exchange)));
     connection.finish_response();

@@ -59,6 +59,9 @@ std::string http_date();
 /// A strong ETag.
 std::string entity_tag(std::string_view sha256);
 
+/// Whether the field If-None-Match names the tag, compared weakly (RFC 9110, 13.1.2).
+bool names_tag(std::string_view if_none_match, std::string_view tag);
+
 /// `text` with A–Z in lower case.
 std::string lower_case(std::string_view text);
 /// Without spaces and tabs at both ends.

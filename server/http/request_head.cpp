@@ -24,6 +24,22 @@ bool is_token(std::string_view text) {
   });
 }
 
+/// What the library and the handlers ask for. The library would do more with others: it reads ranges with a recursive
+/// expression and answers many of them with as many copies, and compresses at its slowest; both may be ignored (RFC
+/// 9110, 14.2 and 12.5.3).
+constexpr std::array<std::string_view, 10> fields_in_use{"access-control-request-method",
+                                                         "authorization",
+                                                         "content-length",
+                                                         "content-type",
+                                                         "expect",
+                                                         "host",
+                                                         "idempotency-key",
+                                                         "if-none-match",
+                                                         "last-event-id",
+                                                         "origin"};
+/// The library reads no longer line, with its end.
+constexpr std::size_t max_line_bytes = 8192;
+
 /// No control characters; `is_space_allowed` for field values.
 bool is_clean(std::string_view text, bool is_space_allowed) {
   return std::all_of(text.begin(), text.end(), [&](char c) {
@@ -37,11 +53,18 @@ struct Framing {
   std::optional<std::size_t> content_length;
   bool has_transfer_encoding = false, has_content_encoding = false, is_close_asked = false, is_kept_alive = false;
   int hosts = 0;
-  std::vector<std::string> request_ids, traceparents;
+  std::vector<std::string> request_ids, traceparents, origins, idempotency_keys;
 };
 
 std::optional<std::string> only(const std::vector<std::string>& values) {
   return values.size() == 1 ? std::optional(values[0]) : std::nullopt;
+}
+
+/// As the library reads values: it takes what follows a percent sign for an encoded byte.
+std::string with_percent_encoded(std::string_view value) {
+  std::string text;
+  for (const char c : value) text += c == '%' ? std::string("%25") : std::string(1, c);
+  return text;
 }
 
 std::optional<api::Problem> read_field(std::string_view line, Framing& framing, std::string& text) {
@@ -60,7 +83,7 @@ std::optional<api::Problem> read_field(std::string_view line, Framing& framing, 
   } else if (name == "transfer-encoding") {
     framing.has_transfer_encoding = true;
   } else if (name == "content-encoding") {
-    framing.has_content_encoding = true;
+    framing.has_content_encoding = framing.has_content_encoding || lower_case(value) != "identity";
   } else if (name == "connection") {
     const std::string choice = lower_case(value);
     framing.is_close_asked = framing.is_close_asked || choice.find("close") != std::string::npos;
@@ -71,11 +94,15 @@ std::optional<api::Problem> read_field(std::string_view line, Framing& framing, 
     framing.request_ids.emplace_back(value);
   } else if (name == "traceparent") {
     framing.traceparents.emplace_back(value);
+  } else if (name == "origin") {
+    framing.origins.emplace_back(value);
+  } else if (name == "idempotency-key") {
+    framing.idempotency_keys.emplace_back(value);
   }
-  // The library reads ranges with a recursive expression and answers many of them with as many copies, and compresses
-  // at its slowest; both may be ignored (RFC 9110, 14.2 and 12.5.3). Connections are kept or closed here.
-  if (name != "range" && name != "accept-encoding" && name != "connection")
-    text.append(line.substr(0, colon)).append(": ").append(value).append("\r\n");
+  if (std::ranges::find(fields_in_use, name) == fields_in_use.end()) return std::nullopt;
+  const std::string written = name + ": " + with_percent_encoded(value) + "\r\n";
+  if (written.size() > max_line_bytes) return headers_too_large(max_line_bytes);
+  text += written;
   return std::nullopt;
 }
 
@@ -100,9 +127,8 @@ std::optional<api::Problem> check_line(std::string_view method, std::string_view
   return std::nullopt;
 }
 
-}  // namespace
-
-std::variant<RequestHead, api::Problem> check_head(std::string_view head, std::size_t max_body_bytes) {
+/// Reads the line and the fields into `checked`, until something is wrong.
+std::optional<api::Problem> read_head(std::string_view head, std::size_t max_body_bytes, RequestHead& checked) {
   const auto next_line = [&]() -> std::optional<std::string_view> {
     const std::size_t end = head.find("\r\n");
     if (end == std::string_view::npos) return std::nullopt;
@@ -116,16 +142,20 @@ std::variant<RequestHead, api::Problem> check_head(std::string_view head, std::s
     return bad_request("the request line is malformed");
   const std::string_view method = first.substr(0, first_space), version = first.substr(last_space + 1);
   const std::string_view target = origin_form(first.substr(first_space + 1, last_space - first_space - 1));
-  if (auto problem = check_line(method, target, version)) return *problem;
+  if (auto problem = check_line(method, target, version)) return problem;
+  checked.method = method;
+  checked.target = target;
 
-  RequestHead checked;
   checked.text.append(method).append(" ").append(target).append(" ").append(version).append("\r\n");
   Framing framing;
   while (const std::optional<std::string_view> line = next_line()) {
     if (line->empty()) break;
-    if (auto problem = read_field(*line, framing, checked.text)) return *problem;
+    if (auto problem = read_field(*line, framing, checked.text)) return problem;
   }
   checked.text += "\r\n";
+  checked.request_id = only(framing.request_ids);
+  checked.traceparent = only(framing.traceparents);
+  checked.origin = only(framing.origins);
 
   if (framing.hosts > 1 || (framing.hosts == 0 && version == "HTTP/1.1"))
     return bad_request("the request needs one Host field");
@@ -135,14 +165,22 @@ std::variant<RequestHead, api::Problem> check_head(std::string_view head, std::s
   }
   if (framing.has_content_encoding) return unsupported_media_type("compressed bodies are not accepted");
   if (framing.content_length > max_body_bytes) return body_too_large(max_body_bytes);
-  checked.method = method;
-  checked.target = target;
-  checked.request_id = only(framing.request_ids);
-  checked.traceparent = only(framing.traceparents);
+  // The library keeps no empty field, and the first of many.
+  const auto& keys = framing.idempotency_keys;
+  if (method == "POST" && !keys.empty() && (keys.size() > 1 || keys.front().empty()))
+    return bad_parameter("Idempotency-Key must be one key of 1 to 255 printable ASCII characters");
   checked.body_bytes = framing.content_length.value_or(0);
   const bool is_body_usual = method == "POST" || method == "PUT" || method == "PATCH";
   checked.is_last = framing.is_close_asked || (version == "HTTP/1.0" && !framing.is_kept_alive) ||
                     (is_body_usual && !framing.content_length);
+  return std::nullopt;
+}
+
+}  // namespace
+
+RequestHead check_head(std::string_view head, std::size_t max_body_bytes) {
+  RequestHead checked;
+  checked.problem = read_head(head, max_body_bytes, checked);
   return checked;
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 struct Arguments {
   std::string scene, references, json, save, only;
-  int threads = 2, runs = 8, edge = 800;
+  int threads = 2, runs = 5, edge = 800;
   double target = 1e-3;
 };
 
@@ -52,11 +52,13 @@ struct Budget {
 
 struct Contestant {
   std::string name;
+  std::string family;  // of those that give the same image for the same samples
   /// Renders with this many samples and this seed; returns the film and the seconds of rendering alone.
   std::function<std::pair<render::Film, double>(int, std::uint64_t)> render;
   std::vector<int> samples;  // ascending: what it may be asked for
   std::vector<Budget> budgets;
-  render::Film best;  // of the last budget
+  render::Film best;     // of the last budget
+  bool is_done = false;  // needs no larger budget
 };
 
 void measure(const Contestant& contestant, Budget& budget, std::uint64_t seed, const render::Film& reference,
@@ -83,27 +85,49 @@ nlohmann::json to_json(const Contestant& contestant) {
   return {{"name", contestant.name}, {"budgets", budgets}};
 }
 
+/// Where packets are full: from so many samples on, whoever is slower than its family stays so.
+constexpr int full_packets = 64;
+
+/// Ends those that took longer than `allowed` times the quickest of their family for the samples just measured.
+void drop_slow(std::vector<Contestant>& contestants, std::size_t budget) {
+  constexpr double allowed = 1.25;
+  std::map<std::string, double> least;
+  const auto has_it = [&](const Contestant& c) { return c.budgets.size() == budget + 1; };
+  for (const Contestant& c : contestants) {
+    if (!has_it(c)) continue;
+    const double seconds = c.budgets.back().seconds.front();
+    least[c.family] = least.contains(c.family) ? std::min(least[c.family], seconds) : seconds;
+  }
+  for (Contestant& c : contestants) {
+    if (!has_it(c) || c.budgets.back().samples < full_packets ||
+        c.budgets.back().seconds.front() <= allowed * least[c.family]) {
+      continue;
+    }
+    c.budgets.pop_back();
+    c.is_done = true;
+  }
+}
+
 /// The first round finds how many budgets each contestant needs; the others repeat it, all in turn, with new seeds.
-/// Budgets that take many seconds, whose times and errors vary little, get three seeds.
 void compete(std::vector<Contestant>& contestants, const render::Film& reference, const Arguments& arguments) {
   constexpr std::size_t least_budgets = 5;
-  constexpr int seeds_of_long = 3;
-  constexpr double many_seconds = 4;
-  for (Contestant& contestant : contestants) {
-    for (const int samples : contestant.samples) {
-      contestant.budgets.push_back({samples, {}, {}, {}, {}});
+  const auto is_done = [](const Contestant& c) { return c.is_done; };
+  for (std::size_t budget = 0; !std::ranges::all_of(contestants, is_done); ++budget) {
+    for (Contestant& contestant : contestants) {
+      if (contestant.is_done) continue;
+      contestant.budgets.push_back({contestant.samples[budget], {}, {}, {}, {}});
       measure(contestant, contestant.budgets.back(), 0, reference, contestant.best);
       const bool is_reached = contestant.budgets.back().rmse.front() < arguments.target;
-      if (is_reached && contestant.budgets.size() >= least_budgets) break;
+      contestant.is_done = (is_reached && contestant.budgets.size() >= least_budgets) ||
+                           contestant.budgets.size() == contestant.samples.size();
     }
+    drop_slow(contestants, budget);
   }
   render::Film film;
   for (int run = 1; run < arguments.runs; ++run) {
     for (Contestant& contestant : contestants) {
-      for (Budget& budget : contestant.budgets) {
-        if (run >= seeds_of_long && budget.seconds.front() > many_seconds) continue;
+      for (Budget& budget : contestant.budgets)
         measure(contestant, budget, static_cast<std::uint64_t>(run), reference, film);
-      }
     }
   }
 }
@@ -128,6 +152,7 @@ int bench(const Arguments& arguments) {
   std::vector<double> build_s;
   std::vector<Contestant> contestants;
   contestants.push_back({"penumbra",
+                         "penumbra",
                          [&](int samples, std::uint64_t seed) {
                            scene::Options options = job.options;
                            options.shadow_samples = samples, options.seed = seed;
@@ -143,6 +168,7 @@ int bench(const Arguments& arguments) {
     for (const int width : {1, 8, 16}) {
       contestants.push_back(
           {"embree " + std::to_string(width) + (is_robust ? " robust" : ""),
+           is_robust ? "embree robust" : "embree",
            [&, is_robust, width](int samples, std::uint64_t seed) {
              const BruteForceSettings settings{arguments.edge, arguments.edge, samples, width, arguments.threads, seed};
              render::Film film;

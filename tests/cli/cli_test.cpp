@@ -90,13 +90,26 @@ TEST_CASE("version and help") {
 TEST_CASE("arguments that cannot be used") {
   const Folder folder;
   const std::string file = folder.file("job.json", job);
-  for (const std::string& words :
-       {std::string(""), std::string("paint"), std::string("render"), "render " + file, std::string("render -o a.png"),
-        "render " + file + " -o " + folder / "a.jpg", "render " + file + " -o " + folder / "no/folder/a.png",
-        "render " + folder / "none.json -o " + folder / "a.png", "render " + file + " -o a.png --threads x",
-        "render " + file + " -o a.png --without everything", std::string("validate"),
-        "validate " + folder / "none.json", std::string("serve --listen nowhere"), std::string("serve --queue -1"),
-        std::string("serve --log-level loud"), std::string("worker --store postgresql://localhost")}) {
+  for (const std::string& words : {std::string(""),
+                                   std::string("paint"),
+                                   std::string("render"),
+                                   "render " + file,
+                                   std::string("render -o a.png"),
+                                   "render " + file + " -o " + folder / "a.jpg",
+                                   "render " + file + " -o " + folder / "no/folder/a.png",
+                                   "render " + folder / "none.json -o " + folder / "a.png",
+                                   "render " + file + " -o a.png --threads x",
+                                   "render " + file + " -o a.png --without everything",
+                                   std::string("validate"),
+                                   "validate " + folder / "none.json",
+                                   std::string("serve --listen nowhere"),
+                                   std::string("serve --queue -1"),
+                                   std::string("serve --log-level loud"),
+                                   std::string("serve --keep-jobs-days nan"),
+                                   std::string("serve --request-timeout nan"),
+                                   std::string("serve --job-time-limit inf"),
+                                   "validate --max-work nan " + file,
+                                   std::string("worker --store postgresql://localhost")}) {
     const Run run = penumbra(folder, words);
     CHECK_MESSAGE(run.status == 2, words);
     CHECK_MESSAGE(!run.err.empty(), words);
@@ -117,6 +130,10 @@ TEST_CASE("validate prints the cost of a valid job and every error of another") 
   std::vector<std::string> pointers;
   for (std::string line; std::getline(lines, line);) pointers.push_back(line.substr(0, line.find(':')));
   CHECK(json(pointers).dump() == R"(["/scene/camera","/scene/x","/more"])");
+
+  // A name is anybody's: it makes no line and no colour of its own.
+  const std::string rude = folder.file("rude.json", "{\"scene\": {\"a\\n\\u001b[31m\": 1}}");
+  CHECK(penumbra(folder, "validate " + rude).out.find("/scene/a\\u000a\\u001b[31m: ") != std::string::npos);
 
   CHECK(penumbra(folder, "validate " + folder.file("text.json", "no JSON")).status == 2);
   CHECK(penumbra(folder, "validate --max-body 10 " + folder / "job.json").status == 2);

@@ -51,6 +51,11 @@ TEST_CASE("pages of other sites may call when they are on the list") {
   // Errors are for the page to read too.
   CHECK(post(server.port(), "/v1/jobs", "{}", "Origin: https://a.example\r\n").headers.at(allow_origin) ==
         "https://a.example");
+  const Reply large = call(server.port(), "POST", "/v1/jobs", std::string((8u << 20) + 1, ' '),
+                           "Origin: https://a.example\r\nX-Request-Id: mine\r\n");
+  CHECK(large.status == 413);
+  CHECK(large.headers.at(allow_origin) == "https://a.example");
+  CHECK(large.headers.at("x-request-id") == "mine");
 }
 
 TEST_CASE("without a list no other site may call, with a star every one") {

@@ -66,6 +66,18 @@ TEST_CASE("bodies of other types are not read") {
   CHECK(refused_with(server, start + "Content-Type: text/plain\r\nExpect: 100-continue\r\n" + length) == 415);
 }
 
+TEST_CASE("of the type's parameters the charset counts") {
+  const TestServer server;
+  const std::string body = small_job();
+  for (const char* parameters : {"", ";", "; charset=UTF-8;", ";charset=\"utf-8\"; profile=x", "; profile=x"}) {
+    CAPTURE(parameters);
+    Client client(server.port());
+    client.send(std::string("POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json") + parameters +
+                "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+    CHECK(client.reply()->status == 200);
+  }
+}
+
 TEST_CASE("who asks for leave to send a body gets it, or the refusal") {
   const TestServer server;
   const std::string body = small_job();
@@ -86,7 +98,8 @@ TEST_CASE("header fields have a budget") {
   CHECK(refused_with(server, many + "\r\n") == 431);
   CHECK(refused_with(server, "GET /healthz HTTP/1.1\r\nHost: a\r\nX: " + std::string(100'000, 'y') + "\r\n\r\n") ==
         431);
-  CHECK(call(server.port(), "GET", "/healthz", "", "X: " + std::string(8000, 'y') + "\r\n").status == 200);
+  CHECK(call(server.port(), "GET", "/healthz", "", "Cookie: " + std::string(60'000, 'y') + "\r\n").status == 200);
+  CHECK(call(server.port(), "GET", "/healthz", "", "Authorization: " + std::string(9000, 'y') + "\r\n").status == 431);
 }
 
 TEST_CASE("bodies have a limit, said before they are sent") {

@@ -220,6 +220,12 @@ TEST_CASE("a repeated Idempotency-Key makes no second job") {
   check_problem(post(server.port(), "/v1/jobs", small_job(R"("width": 9)"), key), 409, "idempotency-conflict");
   CHECK(post(server.port(), "/v1/render", small_job(), key).headers.at("x-job-id") == parsed(first).at("id"));
   CHECK(parsed(call(server.port(), "GET", "/v1/jobs")).at("jobs").size() == 1);
+  // No key but itself is the same key.
+  for (const char* other : {"key%2D1", "key%2d1", "key-1%", "key-1%25", "%6bey-1"}) {
+    CAPTURE(other);
+    CHECK(post(server.port(), "/v1/jobs", small_job(R"("width": 9)"), "Idempotency-Key: " + std::string(other) + "\r\n")
+              .status == 202);
+  }
   check_problem(post(server.port(), "/v1/jobs", small_job(), "Idempotency-Key: " + std::string(256, 'k') + "\r\n"), 400,
                 "bad-parameter");
 }

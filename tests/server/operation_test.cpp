@@ -40,6 +40,8 @@ TEST_CASE("the contract is served") {
   CHECK(json::parse(schema.body).contains("$defs"));
   const std::string tag = schema.headers.at("etag");
   CHECK(call(server.port(), "GET", "/v1/scene.schema.json", "", "If-None-Match: " + tag + "\r\n").status == 304);
+  CHECK(call(server.port(), "GET", "/v1/scene.schema.json", "", "If-None-Match: \"a\", W/" + tag + "\r\n").status ==
+        304);
 }
 
 TEST_CASE("every path and method of openapi.json is answered by the server") {

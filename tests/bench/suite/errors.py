@@ -14,11 +14,11 @@ def measure(name, threads, runs, edge, *more):
     return json.loads(out.read_text())
 
 
-def errors(names=None, thread_counts=(1, 2), runs=8, edge=scenes.EDGE, target=1e-3):
+def errors(names=None, thread_counts=(1, 2), runs=5, edge=scenes.EDGE, target=1e-3):
     build("bench_error")
     for name in names or scenes.SCENES:
         for threads in thread_counts:
-            save_report("errors", measure(name, threads, runs if threads > 1 else min(runs, 5), edge, "--target", target))
+            save_report("errors", measure(name, threads, runs, edge, "--target", target))
     show()
 
 
