@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <variant>
+#include <vector>
 
 #include "api/job_request.h"
 
@@ -42,19 +43,35 @@ bool is_soft(const scene::Light& light) {
   return true;
 }
 
-/// How many reflections or transmissions can follow each other before the recursion ends.
-int bounces(const JobRequest& request) {
-  double factor = 0;
+/// How many rays a camera ray becomes, itself included, where every surface reflects and transmits that much.
+double rays_with(double reflection, double transmission, const scene::Options& options) {
+  // Of the rays of a depth, how many were reflected i times: Pascal's triangle where they contribute enough.
+  std::vector<double> rays{1};
+  double sum = 1;
+  for (int depth = 1; depth <= options.max_depth; ++depth) {
+    rays.push_back(0);
+    const double before = sum;
+    for (int i = depth; i >= 0; --i) {
+      const double contribution = std::pow(reflection, i) * std::pow(transmission, depth - i);
+      double& count = rays[static_cast<std::size_t>(i)];
+      if (i > 0) count += rays[static_cast<std::size_t>(i) - 1];
+      if (!(contribution > 0 && contribution >= options.min_contribution)) count = 0;
+      sum += count;
+    }
+    if (sum == before) break;
+  }
+  return sum;
+}
+
+/// The most that a camera ray can become: one ray after the other, or a tree where materials do both.
+double rays_of_a_path(const JobRequest& request) {
+  double either = 0, reflection = 0, transmission = 0;
   for (const scene::Material& material : request.scene.materials) {
-    factor = std::max({factor, max_channel(material.reflection), max_channel(material.transmission)});
+    const double r = max_channel(material.reflection), t = max_channel(material.transmission);
+    either = std::max({either, r, t});
+    if (r > 0 && t > 0) reflection = std::max(reflection, r), transmission = std::max(transmission, t);
   }
-  int count = 0;
-  double contribution = factor;
-  while (count < request.options.max_depth && contribution > 0 && contribution >= request.options.min_contribution) {
-    contribution *= factor;
-    ++count;
-  }
-  return count;
+  return std::max(rays_with(either, 0, request.options), rays_with(reflection, transmission, request.options));
 }
 
 std::size_t memory_of(const SceneSize& size, const JobRequest& request, std::int64_t pixels) {
@@ -93,7 +110,7 @@ CostEstimate estimate_cost(const JobRequest& request) {
     light_samples += is_soft(light) ? request.options.shadow_samples : 1;
   }
   cost.work = static_cast<double>(cost.pixels) * request.options.samples_per_pixel * (1 + light_samples) *
-              (bounces(request) + 1);
+              rays_of_a_path(request);
   cost.memory_bytes = memory_of(size, request, cost.pixels);
   return cost;
 }

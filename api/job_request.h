@@ -38,7 +38,7 @@ struct JobRequest {
 struct CostEstimate {
   std::size_t primitives = 0, triangles = 0, lights = 0;
   std::int64_t pixels = 0;
-  double work = 0;  // pixels · samples_per_pixel · (1 + Σ samples of each light) · (bounces that can occur + 1)
+  double work = 0;  // pixels · samples_per_pixel · (1 + Σ samples of each light) · rays a camera ray can become
   std::size_t memory_bytes = 0;  // scene, acceleration structure and film
 };
 

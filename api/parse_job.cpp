@@ -65,7 +65,8 @@ std::string in_words(double value) {
 void check_cost(const CostEstimate& cost, const Limits& limits, ErrorList& errors) {
   if (cost.work > limits.max_work) {
     errors.add("/options",
-               "the predicted work (pixels, times samples, times light samples, times bounces) must be at most " +
+               "the predicted work (pixels, times samples, times light samples, times rays a camera ray can become) "
+               "must be at most " +
                    in_words(limits.max_work) + "; it is " + in_words(cost.work));
   }
   if (cost.memory_bytes > limits.max_memory_bytes) {

@@ -53,14 +53,14 @@ bool misses(const HalfSpaces& region, const World& world, const Item& item) {
   return box && region.miss(*box);
 }
 
-/// Ends the region behind the target, and limits it to what lies before the target's middle, as all viewpoints see it.
+/// Ends the region behind the target and the viewpoints, and limits it to what lies before the target's middle, as all viewpoints see it.
 /// The region's base is the middle of the viewpoints.
 void add_ends(HalfSpaces& region, const Target& target, const RoundCell& viewpoints) {
   if (target.is_infinite) return;
   const Vec3 way = target.centre - viewpoints.centre;
   const double distance = math::length(way);
   const math::Frame frame = math::frame_around(way * (1 / distance));
-  region.add(frame.n, dot(frame.n, way) + target.radius);
+  region.add(frame.n, std::max(dot(frame.n, way) + target.radius, viewpoints.radius));
   // The viewpoints' ways to the middle lie in a cone, and that within these four.
   const double sine = viewpoints.radius / distance, tangent = 1.001 * sine / std::sqrt(1 - sine * sine);
   for (const double u : {-tangent, tangent}) {

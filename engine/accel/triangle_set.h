@@ -13,7 +13,7 @@ namespace penumbra::accel {
 struct TriangleSet {
   std::vector<math::Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> corners;
-  std::vector<math::Vec3> normals;  // by vertex: unit, for smooth shading, or zero; none at all if every face is flat
+  std::vector<math::Vec3> normals;  // by vertex: unit ones, mapped, or zero; none at all if every face is flat
   /// Across the edges from corner 0 to 1, 1 to 2 and 2 to 0; filled where silhouettes are asked for (neighbours.h).
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   static constexpr std::uint32_t no_neighbour = 0xffffffff;

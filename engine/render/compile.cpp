@@ -86,7 +86,8 @@ void append(const scene::Mesh& mesh, const Affine& transform, accel::TriangleSet
   if (mesh.normals.empty() && triangles.normals.empty()) return;
   triangles.normals.resize(first);
   const Affine back = math::inverse(transform);
-  for (const Vec3& normal : mesh.normals) triangles.normals.push_back(math::normalize(back.transposed_vector(normal)));
+  // Not unit again, so that what is interpolated is the same as of an instance, which is mapped afterwards.
+  for (const Vec3& normal : mesh.normals) triangles.normals.push_back(back.transposed_vector(math::normalize(normal)));
   triangles.normals.resize(triangles.positions.size());
 }
 

@@ -28,7 +28,7 @@ Vec3 point_in_cone(const SphereCone& cone, const Point2& square) {
   const double spread = std::sqrt(cone.one_minus_cosine * (2 - height));
   const double cosine = 1 - height, sine_squared = height * (2 - height);
   const double d = cone.distance, r = cone.radius;
-  const double along = d * cosine - std::sqrt(std::max(0.0, r * r - d * d * sine_squared));
+  const double along = std::max(0.0, d * cosine - std::sqrt(std::max(0.0, r * r - d * d * sine_squared)));
   return (cone.frame.u * (disc.x * spread) + cone.frame.v * (disc.y * spread) + cone.frame.n * cosine) * along;
 }
 

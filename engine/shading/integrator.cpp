@@ -208,7 +208,10 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
                          const LightPlace& place) {
   const Vec3 corner = light.corner - at.surface.position;
   const double height = -dot(light.normal, corner);
-  if (!(height > 0)) return ++counters_.lights_facing_away, math::black;
+  const Vec3 sizes = math::abs(light.corner) + math::abs(at.surface.position);
+  // What lies in the light's own plane, but for rounding, is not in front of it.
+  if (!(height > dot(math::abs(light.normal), at.surface.error + sizes * math::gamma(32))))
+    return ++counters_.lights_facing_away, math::black;
   const std::array<Vec3, 4> corners{corner, corner + light.edge_u, corner + light.edge_u + light.edge_v,
                                     corner + light.edge_v};
   if (std::none_of(corners.begin(), corners.end(), [&](const Vec3& c) { return is_on_viewers_side(at, c); }))
@@ -233,9 +236,7 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
                                           : std::nullopt;
   // The light often lies in a surface of the scene (a lamp in a ceiling), whose triangles may be far larger: its
   // samples sit that much in front of it.
-  const double rounding =
-      math::gamma(32) *
-      (dot(math::abs(light.normal), math::abs(light.corner) + math::abs(at.surface.position)) + scene_.extent);
+  const double rounding = math::gamma(32) * (dot(math::abs(light.normal), sizes) + scene_.extent);
   const Vec3 lift = light.normal * std::min(rounding, 0x1p-20 * height);
   const sampling::Key key = place.samples.key();
   const auto sample = [&](std::uint32_t i) -> AreaSample {
@@ -252,7 +253,11 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
 Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const Color& weight,
                          const LightPlace& place) {
   const Vec3 axis = light.center - at.surface.position;
-  if (!(dot(at.facing, axis) > -light.radius)) return ++counters_.lights_facing_away, math::black;
+  // The light is often shown by a sphere of the same radius, whose outside it does not light, whatever the rounding;
+  // its samples sit that much in front of it.
+  const double lifted = math::gamma(32) * dot(math::abs(light.center) + math::abs(at.surface.position), {1, 1, 1}) +
+                        0x1p-40 * light.radius;
+  if (!(dot(at.facing, axis) > lifted - light.radius)) return ++counters_.lights_facing_away, math::black;
   const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
   shadows_.aim(at, place.index, {light.center, light.radius}, false);
   Shadows::Verdict verdict = Shadows::Verdict::unknown;
@@ -283,9 +288,6 @@ Color Integrator::lit_by(const SphereLight& light, const ShadingPoint& at, const
   if (is_lit && math::is_black(at.material->specular)) {
     if (const auto exact = exact_diffuse()) return skip_samples(counters_.area_samples_exact), *exact;
   }
-  // The light is often shown by a sphere that glows, of the same radius: its samples sit that much in front of it.
-  const double lifted = math::gamma(32) * dot(math::abs(light.center) + math::abs(at.surface.position), {1, 1, 1}) +
-                        0x1p-40 * light.radius;
   const sampling::Key key = place.samples.key();
   const auto sample = [&](std::uint32_t i) -> AreaSample {
     const sampling::Point2 square = sampling::sobol_owen(i, key);

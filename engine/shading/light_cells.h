@@ -18,7 +18,8 @@ class LightCells {
   explicit LightCells(const accel::World& world);
 
   /// The contents for this point and a light that lies inside `target`; `light` names the target. Nothing where there
-  /// are no cells. An outline, if one is asked for, where there is no verdict. Valid until the next call.
+  /// are no cells, or where they do not pay. An outline, if one is asked for, where there is no verdict. Valid until
+  /// the next call.
   const accel::CellContents* find(const ShadingPoint& at, std::size_t light, const accel::Target& target,
                                   bool has_outline);
 
@@ -57,7 +58,9 @@ class LightCells {
   bool has_round_cells_;
   std::array<std::uint16_t, capacity> places_;  // in entries_, by hash
   std::vector<Entry> entries_;
-  std::size_t held_ = 0;  // edges, spheres and others
+  std::size_t held_ = 0;               // edges, spheres and others
+  std::size_t asked_ = 0, built_ = 0;  // contents, since they were last compared
+  std::size_t resting_ = 0;            // questions left to be turned down
   // Of the point last asked for:
   Vec3 position_{HUGE_VAL, HUGE_VAL, HUGE_VAL}, facing_;
   geometry::SurfaceId surface_;

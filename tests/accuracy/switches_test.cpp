@@ -1,6 +1,7 @@
 // What the engine skips: with each part switched off the image is the same, or as near as both say they are exact.
 #include <doctest/doctest.h>
 
+#include "tests/robustness/worlds.h"
 #include "tests/support/picture.h"
 #include "tests/support/scenes.h"
 
@@ -68,6 +69,47 @@ TEST_CASE("what is skipped for certain changes no pixel") {
   check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always,
         "lights_facing_away");
   check("empty tiles", &render::Switches::empty_tiles, Same::always, "empty_tiles");
+}
+
+TEST_CASE("cells wider than the way to the light change no pixel, and many lights none either") {
+  render::Switches without;
+  without.light_cells = false;
+  const auto check_scene = [&](const api::JobRequest& job) {
+    CHECK(test::render(job).film->rgb == test::render(job, without).film->rgb);
+  };
+  check_scene(api::parse_job(
+      R"({"scene": {"camera": {"position": [-0.915, 2.134973, 5], "look_at": [0, 0, 0], "vertical_fov": 50},
+    "objects": [{"type": "cylinder", "point": [-1, 0.29834, 0.009], "direction": [0.082, 0.8, 0.917], "radius": 0.339044, "height": 1.8},
+      {"type": "plane", "point": [-1.1, -1, 1], "normal": [0.47, 0.015, 0.473814], "material": {"diffuse": [0.33, 0.91, 0.87]}}],
+    "lights": [{"type": "point", "position": [-1.3, 3, 1.840683], "intensity": 0.6}]}, "options": {"width": 12, "height": 12}})"));
+  test::Random random(61);
+  for (int i = 0; i < 60; ++i) {
+    api::JobRequest job = test::zoo();
+    job.options.width = job.options.height = 8 + static_cast<int>(random.below(8));
+    job.options.shadow_samples = 4;
+    job.scene.lights.clear();
+    for (int k = 0; k < 4; ++k) {
+      scene::PointLight light;
+      light.position = math::Vec3{0, 1.6, 1} + random.in_cube(1.5);
+      light.intensity = {0.2, 0.2, 0.2};
+      light.radius = k % 2 == 0 ? 0 : 0.05;
+      job.scene.lights.emplace_back(light);
+    }
+    check_scene(job);
+  }
+  // So many that contents drive each other out.
+  api::JobRequest many = test::example("cow");
+  many.options.width = many.options.height = 24;
+  many.options.shadow_samples = 4;
+  many.scene.lights.clear();
+  for (int k = 0; k < 600; ++k) {
+    scene::PointLight light;
+    light.position = math::Vec3{0, 8, 0} + random.in_cube(6);
+    light.intensity = {0.002, 0.002, 0.002};
+    light.radius = 0.2;
+    many.scene.lights.emplace_back(light);
+  }
+  check_scene(many);
 }
 
 TEST_CASE("what replaces samples stays within the estimated error") {

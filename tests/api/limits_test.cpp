@@ -227,7 +227,7 @@ TEST_CASE("the slowest polygons are refused or read quickly") {
   CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(20));
 }
 
-TEST_CASE("work counts pixels, samples, lights and bounces") {
+TEST_CASE("work counts pixels, samples, lights, and the rays that a camera ray can become") {
   const auto work = [](const std::string& scene, const std::string& options) {
     return api::estimate_cost(api::parse_job(job(scene, options))).work;
   };
@@ -242,4 +242,12 @@ TEST_CASE("work counts pixels, samples, lights and bounces") {
   CHECK(work(mirror, "{" + size + R"(, "max_depth": 7})") == 100 * 8);
   const std::string dim = R"(, "materials": {"m": {"transmission": 0.1}})";
   CHECK(work(dim, "{" + size + R"(, "max_depth": 7, "min_contribution": 0.05})") == 100 * 2);
+  // A mirror and a pane leave one ray each; a mirror that is a pane doubles them, while they contribute enough.
+  const std::string apart = R"(, "materials": {"m": {"reflection": 1}, "p": {"transmission": 1}})";
+  CHECK(work(apart, "{" + size + R"(, "max_depth": 7})") == 100 * 8);
+  const std::string both = R"(, "materials": {"m": {"reflection": 1, "transmission": 1}})";
+  CHECK(work(both, "{" + size + R"(, "max_depth": 7})") == 100 * 255);
+  const std::string glass = R"(, "materials": {"m": {"reflection": 0.1, "transmission": 1}})";
+  CHECK(work(glass, "{" + size + R"(, "max_depth": 7, "min_contribution": 0.05})") == 100 * (8 + 28));
+  CHECK(refusal(job(both, R"({"width": 100, "height": 100, "max_depth": 32})")));
 }

@@ -42,10 +42,12 @@ TEST_CASE("hulls hold all segments from the cell to the target") {
   test::Random random(11);
   int flat = 0, round = 0, rejected = 0;
   for (int i = 0; i < 2000; ++i) {
-    const accel::Target target = random_target(random, i % 3 == 0);
+    accel::Target target = random_target(random, i % 3 == 0);
     const math::Frame frame = math::frame_around(random.direction());
     const Vec3 middle = random.in_cube(4);
     const double size = random.between(0.01, 1);
+    // Also nearer than the cell is wide.
+    if (i % 3 == 1) target = {middle + in_ball(random, 1.5 * size), random.between(0, 0.3 * size), false};
     const Vec3 u = frame.u * size, v = frame.v * size;
     const accel::FlatCell square{{middle - u - v, middle + u - v, middle + u + v, middle - u + v}, frame.n};
     const accel::RoundCell ball{middle, size};
