@@ -22,6 +22,26 @@ struct Part {
   bool is_leaf() const { return range.size() + extent.others * (weight_of_other - 1) <= leaf_capacity; }
 };
 
+/// The middle, axis by axis, of some entries' centres: where most of them are, however far the others.
+Vec3 typical_centre(const TriangleSet& triangles, std::span<const OtherEntry> others) {
+  constexpr std::size_t most = 1023;
+  const std::size_t total = triangles.size() + others.size(), step = total / most + 1;
+  std::vector<double> centres;
+  Vec3 middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    centres.clear();
+    for (std::size_t i = 0; i < total; i += step) {
+      const math::Bounds box =
+          i < triangles.size() ? triangles.bounds_of(static_cast<std::uint32_t>(i)) : others[i - triangles.size()].box;
+      centres.push_back(box.centre()[axis]);
+    }
+    const auto half = centres.begin() + static_cast<std::ptrdiff_t>(centres.size() / 2);
+    std::nth_element(centres.begin(), half, centres.end());
+    middle[axis] = *half;
+  }
+  return middle;
+}
+
 }  // namespace
 
 void run_in_turn(std::int64_t count, const std::function<void(std::int64_t)>& task) {
@@ -302,7 +322,7 @@ WideTree::WideTree(const TriangleSet& triangles, std::span<const OtherEntry> oth
   for (const Vec3& p : triangles.positions) bounds_.include(p);
   for (const OtherEntry& other : others) bounds_.include(other.box);
   if (!bounds_.is_empty()) {
-    origin_ = bounds_.centre();
+    origin_ = typical_centre(triangles, others);
     reach_ = math::max_component(math::max(math::abs(bounds_.lower - origin_), math::abs(bounds_.upper - origin_)));
   }
   WideBuilder(triangles, others, parallel_for, *this).build();

@@ -77,7 +77,7 @@ class WideTree {
   const std::vector<SphereBlock>& sphere_blocks() const { return sphere_blocks_; }
   const std::vector<Leaf>& leaves() const { return leaves_; }
   const std::vector<std::uint32_t>& others() const { return others_; }
-  /// What coordinates in single precision are relative to.
+  /// What coordinates in single precision are relative to: where most entries are.
   const Vec3& origin() const { return origin_; }
   /// Largest coordinate of anything in the tree, relative to `origin`.
   double reach() const { return reach_; }
