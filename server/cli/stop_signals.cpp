@@ -33,7 +33,11 @@ StopSignals::StopSignals(std::function<void()> on_stop, std::function<void()> on
       if (watched[0].revents == 0 || ::read(signal_descriptor_, &info, sizeof info) < 0) return;
       if (info.ssi_signo == SIGHUP) on_hang_up();
     } while (info.ssi_signo == SIGHUP);
-    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+    // Ctrl-C again is somebody in a hurry; a second SIGTERM comes from those who tell a group and then each of it.
+    sigset_t impatient;
+    sigemptyset(&impatient);
+    sigaddset(&impatient, SIGINT);
+    pthread_sigmask(SIG_UNBLOCK, &impatient, nullptr);
     on_stop();
     // Stays, for this is the thread that the second signal comes to.
     while (::poll(&watched[1], 1, -1) < 0 && errno == EINTR) continue;

@@ -17,7 +17,6 @@ namespace penumbra::http {
 namespace {
 
 constexpr std::size_t receive_bytes = 16u << 10;
-constexpr auto linger = std::chrono::seconds(1);
 
 /// Time for so many bytes at 64 KiB/s, the least a client must manage.
 std::chrono::milliseconds time_for(std::size_t bytes) {
@@ -43,7 +42,7 @@ Connection::Connection(int socket, int stop_descriptor, const ConnectionLimits& 
 Connection::~Connection() {
   ::shutdown(socket_, SHUT_WR);
   // Closing with unread bytes resets the connection, and the client may then never see the answer.
-  const Clock::time_point deadline = within_grace(Clock::now() + linger);
+  const Clock::time_point deadline = within_grace(Clock::now() + linger_);
   while (!is_broken_ && (body_left_ > 0 || !unread_.empty())) {
     unread_.clear();
     if (receive(deadline) <= 0) break;

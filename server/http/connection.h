@@ -42,6 +42,8 @@ class Connection {
   ssize_t read(char* to, std::size_t size);
   /// The client may still be sending what nobody will read.
   void abandon_request() { body_left_ = std::numeric_limits<std::size_t>::max(); }
+  /// At the end, what the client still sends is read for so long.
+  void linger_for(std::chrono::milliseconds time) { linger_ = time; }
   /// Whether `read` has yielded the whole request.
   bool is_read() const { return body_left_ == 0; }
 
@@ -79,6 +81,7 @@ class Connection {
   std::size_t body_left_ = 0;
   Clock::time_point request_deadline_;
   mutable std::optional<Clock::time_point> stop_deadline_;
+  std::chrono::milliseconds linger_ = std::chrono::seconds(1);
   std::string held_;
   bool is_first_write_ = true;
   bool is_broken_ = false;

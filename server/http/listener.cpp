@@ -151,9 +151,11 @@ class Listener::Implementation : public httplib::Server {
         serve(connection);
       } else {
         Exchange exchange = exchange_on(connection);
+        // Few threads refuse, and there may be many to refuse.
         const bool is_stopping = connection.is_stopping();
-        refuse(connection, exchange,
-               unavailable(is_stopping ? "the server is stopping" : "too many connections are open"), overload_retry_s);
+        connection.linger_for(std::chrono::milliseconds(is_stopping ? 0 : 100));
+        const char* const reason = is_stopping ? "the server is stopping" : "too many connections are open";
+        refuse(connection, exchange, unavailable(reason), overload_retry_s);
         note(connection, exchange);
       }
     } catch (const std::exception& error) {

@@ -225,7 +225,7 @@ std::optional<api::JobResource> JobManager::cancel(const std::string& id) {
     if (is_mine) {
       // What waited behind it may fit.
       work_available_.notify_all();
-      end(*job, stopped(StopReason::canceled, 0));
+      end_waiting(job);
     } else if (is_ending) {
       // Too late: how it ends is decided, and about to be stored.
       constexpr auto longest = std::chrono::seconds(10);
@@ -234,6 +234,24 @@ std::optional<api::JobResource> JobManager::cancel(const std::string& id) {
   }
   cancel_left(id);
   return find(id);
+}
+
+void JobManager::end_waiting(const std::shared_ptr<LiveJob>& job) {
+  try {
+    return end(*job, stopped(StopReason::canceled, 0), WhenFull::fail);
+  } catch (const store::StorageFull&) {
+    const std::optional<store::JobRecord> record = store_.find(job->id());
+    bool is_back = false;
+    {
+      const std::lock_guard lock(mutex_);
+      job->is_cancel_asked = false;
+      is_back = record && !is_stopping_;
+      if (is_back) queue_.attach(job, record->spec_hash, nullptr, 0);
+    }
+    work_available_.notify_all();
+    if (!is_back) leave(*job);
+    throw;
+  }
 }
 
 void JobManager::cancel_left(const std::string& id) {

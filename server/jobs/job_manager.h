@@ -93,7 +93,8 @@ class JobManager {
   std::optional<api::JobResource> wait(const std::string& id, Clock::time_point deadline) const;
   /// Newest first; `page_token` is that of the page before.
   JobList list(const store::Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const;
-  /// Asks an unfinished job to stop: a queued one has ended when this returns, a running one soon will.
+  /// Asks an unfinished job to stop: a queued one has ended when this returns, a running one soon will. Throws
+  /// StorageFull when the end of a queued one cannot be stored.
   std::optional<api::JobResource> cancel(const std::string& id);
   /// For a caller that `submit` has answered with the job and that wants it no more: the last one cancels it.
   void give_up(const std::string& id);
@@ -131,10 +132,14 @@ class JobManager {
   std::optional<store::Ending> start_and_render(const std::shared_ptr<SharedRender>& render);
   std::optional<store::Ending> rendered(SharedRender& render, const api::JobRequest& request);
   void start(LiveJob& job, const std::shared_ptr<SharedRender>& render);
-  void end(LiveJob& job, store::Ending ending);
+  /// When not even a few bytes can be stored: wait until they can, or throw StorageFull.
+  enum class WhenFull { wait, fail };
+  void end(LiveJob& job, store::Ending ending, WhenFull when_full = WhenFull::wait);
+  /// Ends a job that was taken from the queue; it is there again when this throws.
+  void end_waiting(const std::shared_ptr<LiveJob>& job);
   /// Stores how the job ended, or, when that is too much, that it could not be stored. False when the server must leave
   /// the job as it is.
-  bool store_ending(const LiveJob& job, store::Ending& ending);
+  bool store_ending(const LiveJob& job, store::Ending& ending, WhenFull when_full);
   /// The server ends before the job, which stays queued in the store.
   void leave(LiveJob& job);
   /// running → queued in the store.

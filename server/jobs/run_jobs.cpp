@@ -152,7 +152,7 @@ std::optional<store::Ending> JobManager::rendered(SharedRender& render, const ap
   return ending;
 }
 
-bool JobManager::store_ending(const LiveJob& job, store::Ending& ending) {
+bool JobManager::store_ending(const LiveJob& job, store::Ending& ending, WhenFull when_full) {
   constexpr auto pause = std::chrono::seconds(1);
   constexpr int most_tries = 30;  // to store the image, where not the disk is full but, say, descriptors are short
   for (int tries = 1;; ++tries) {
@@ -163,6 +163,7 @@ bool JobManager::store_ending(const LiveJob& job, store::Ending& ending) {
     } catch (const store::StoreFailed&) {
       return false;
     } catch (const store::StorageFull& error) {
+      if (when_full == WhenFull::fail) throw;
       is_full = true;
       spdlog::error("job {}: its end cannot be stored: {}", job.id(), error.what());
     } catch (const std::exception& error) {
@@ -181,11 +182,11 @@ bool JobManager::store_ending(const LiveJob& job, store::Ending& ending) {
   }
 }
 
-void JobManager::end(LiveJob& job, store::Ending ending) {
+void JobManager::end(LiveJob& job, store::Ending ending, WhenFull when_full) {
   // Stored before anyone hears of it.
   if (ending.state != api::JobState::succeeded) ending.percent = job.resource().percent;
   ending.finished_at = job.not_before(system_clock::now());
-  if (!store_ending(job, ending)) return leave(job);
+  if (!store_ending(job, ending, when_full)) return leave(job);
   spdlog::debug("job {} {}", job.id(), api::name_of(ending.state));
   expire();
   {
@@ -215,7 +216,12 @@ void JobManager::leave(LiveJob& job) {
     drop_live(job.id());
     is_cancel_asked = job.is_cancel_asked;
   }
-  if (is_cancel_asked) cancel_left(job.id());
+  if (!is_cancel_asked) return;
+  try {
+    cancel_left(job.id());
+  } catch (const std::exception& error) {
+    spdlog::error("job {}: goes on at the next start, for its cancel cannot be stored: {}", job.id(), error.what());
+  }
 }
 
 void JobManager::put_back(const LiveJob& job) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
@@ -69,9 +70,25 @@ void Blobs::write(const std::string& name, const std::string& bytes) {
   sync_directory(directory);
 }
 
-std::string Blobs::read(const std::string& name) const {
-  std::string bytes = read_file(path_of(name));
-  if (sha256_hex(bytes) != name) throw std::runtime_error("the image " + path_of(name) + " is damaged");
+std::shared_ptr<const std::string> Blobs::read(const std::string& name) {
+  const auto being_read = [&]() -> std::shared_ptr<const std::string> {
+    const std::lock_guard lock(mutex_);
+    const auto found = being_read_.find(name);
+    return found == being_read_.end() ? nullptr : found->second.lock();
+  };
+  if (auto shared = being_read()) return shared;
+  auto bytes = std::make_shared<const std::string>(read_file(path_of(name)));
+  if (sha256_hex(*bytes) != name) {
+    spdlog::error("the image {} is damaged", path_of(name));
+    remove(name);
+    throw std::system_error(ENOENT, std::generic_category(), path_of(name));
+  }
+  const std::lock_guard lock(mutex_);
+  std::erase_if(being_read_, [](const auto& entry) { return entry.second.expired(); });
+  // Another thread may have been quicker.
+  std::weak_ptr<const std::string>& shared = being_read_[name];
+  if (auto quicker = shared.lock()) return quicker;
+  shared = bytes;
   return bytes;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 
@@ -33,8 +34,9 @@ class Blobs {
   /// Writes a blob so that it survives a crash: a temporary file beside its place, fsync, rename, fsync of the
   /// directory. Throws std::system_error.
   void write(const std::string& name, const std::string& bytes);
-  /// Throws std::system_error, with ENOENT when it is gone, and std::runtime_error when it is not what was written.
-  std::string read(const std::string& name) const;
+  /// All who read a blob at the same time share its bytes. Throws std::system_error, with ENOENT when it is gone; one
+  /// that is not what was written is removed and gone.
+  std::shared_ptr<const std::string> read(const std::string& name);
   /// Whether it is there, with this many bytes.
   bool is_there(const std::string& name, std::uint64_t bytes) const;
   /// Removes a blob that nobody holds. A failure is not worth more than a line in the log: the next start collects it.
@@ -51,7 +53,9 @@ class Blobs {
   const std::string directory_;
   std::atomic<std::uint64_t> next_temporary_ = 0;
   std::mutex mutex_;
-  std::map<std::string, int> holds_;  // guarded by mutex_
+  // Guarded by mutex_:
+  std::map<std::string, int> holds_;
+  std::map<std::string, std::weak_ptr<const std::string>> being_read_;
 };
 
 }  // namespace penumbra::store

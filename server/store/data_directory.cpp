@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
 #include <stdexcept>
 #include <system_error>
 
@@ -12,6 +13,8 @@ namespace penumbra::store {
 
 DataDirectory::DataDirectory(std::string path) : path_(std::move(path)) {
   make_directory(path_);
+  // Links may lead here; inside there are none.
+  path_ = std::filesystem::canonical(path_);
   lock_ = std::make_unique<File>(path_ + "/lock", O_RDWR | O_CREAT);
   if (::flock(lock_->descriptor(), LOCK_EX | LOCK_NB) == 0) return;
   if (errno == EWOULDBLOCK)

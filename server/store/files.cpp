@@ -106,7 +106,7 @@ bool is_directory(const std::string& path) {
 }
 
 void sync_directory(const std::string& path) {
-  const File directory(path, O_RDONLY | O_DIRECTORY);
+  const File directory(std::filesystem::canonical(path), O_RDONLY | O_DIRECTORY);
   sync(directory, path);
 }
 

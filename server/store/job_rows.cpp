@@ -54,4 +54,9 @@ void insert(Database& database, const JobRecord& job, const std::optional<std::s
       .run();
 }
 
+Time not_before_others(Database& database, Time end) {
+  Query last = database.query("SELECT max(finished_at) FROM jobs WHERE state > 1");
+  return last.next() && !last.is_null(0) ? std::max(end, time_of(last.integer(0))) : end;
+}
+
 }  // namespace penumbra::store

@@ -37,6 +37,9 @@ JobRecord job_of(const Query& row);
 /// Inserts a row; `image` is the hash of the image it has.
 void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image);
 
+/// `end`, or when the last job ended, if the clock was set back since: jobs are dropped in this order.
+Time not_before_others(Database& database, Time end);
+
 template <class Value>
 std::optional<std::string> packed_if_any(const std::optional<Value>& value) {
   if (!value) return std::nullopt;

@@ -125,8 +125,8 @@ class JobStore {
   virtual bool start(const std::string& id, Time started_at) = 0;
   /// running → queued: an orderly stop, `percent` into the job. False when the job is gone or not running.
   virtual bool put_back(const std::string& id, double percent) = 0;
-  /// Any unfinished state → the ending. False, and nothing changes, when the job is gone or has ended. The spec is no
-  /// longer kept.
+  /// Any unfinished state → the ending, no earlier than the last one's if the clock was set back. False, and nothing
+  /// changes, when the job is gone or has ended. The spec is no longer kept.
   virtual bool finish(const std::string& id, Ending ending) = 0;
   /// Forgets the job, its image and its key. False when there is no such job.
   virtual bool remove(const std::string& id) = 0;
@@ -143,7 +143,7 @@ class JobStore {
   /// The greatest id there is; empty when there are no jobs. New ones must be greater, whatever the clock says.
   virtual std::string newest_id() const = 0;
 
-  /// Drops images, then finished jobs, that are older than allowed or, oldest first, too many.
+  /// Drops images, then finished jobs, that are older than allowed or too many, those first that ended first.
   virtual void expire(const Retention& retention, Time now) = 0;
 };
 

@@ -49,8 +49,10 @@ SqliteStore::SqliteStore(SqliteSettings settings)
 Database SqliteStore::open() {
   const bool is_unclean = directory_.is_unclean();
   try {
-    if (!std::filesystem::exists(directory_.database()) && !blobs_.is_empty())
-      throw std::runtime_error("there are images, but the database is missing");
+    // One that was killed while it began leaves an empty file.
+    const bool has_database =
+        std::filesystem::exists(directory_.database()) && std::filesystem::file_size(directory_.database()) > 0;
+    if (!has_database && !blobs_.is_empty()) throw std::runtime_error("there are images, but the database is missing");
     directory_.mark_unclean();
     Database database(directory_.database(), Database::Access::write);
     prepare_schema(database);
@@ -78,7 +80,12 @@ SqliteStore::~SqliteStore() {
 }
 
 Created SqliteStore::create(const JobRecord& job, std::string spec, const std::optional<IdempotencyKey>& key) {
-  if (free_bytes(directory_.path()) < settings_.disk_reserve_bytes) throw StorageFull();
+  try {
+    if (free_bytes(directory_.path()) < settings_.disk_reserve_bytes) throw StorageFull();
+  } catch (const std::system_error& error) {
+    writer_->fail(error.what());
+    throw StoreFailed("the directory of the store is gone");
+  }
   Created created;
   writer_->commit([&](Database& database) {
     if (key) {
@@ -92,7 +99,8 @@ Created SqliteStore::create(const JobRecord& job, std::string spec, const std::o
     if (std::optional<Reusable> equal = reusable(database, job.spec_hash)) {
       created.job.state = JobState::succeeded;
       created.job.percent = 100;
-      created.job.started_at = created.job.finished_at = job.created_at;
+      created.job.started_at = job.created_at;
+      created.job.finished_at = not_before_others(database, job.created_at);
       created.job.stats = std::move(equal->stats);
       image = std::move(equal->image);
     }

@@ -1,6 +1,7 @@
 // The part of the store that has to do with images: their files, and how long they are kept.
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
@@ -116,8 +117,8 @@ bool SqliteStore::finish(const std::string& id, Ending ending) {
           .query(
               "UPDATE jobs SET state = ?, percent = ?, finished_at = ?, error = ?, stats = ?, image = ? "
               "WHERE id = ? AND state IN (0, 1)")
-          .with(number_of(ending.state), ending.percent, number_of(ending.finished_at), error, stats,
-                kept ? std::optional(kept->hash()) : std::nullopt, id)
+          .with(number_of(ending.state), ending.percent, number_of(not_before_others(database, ending.finished_at)),
+                error, stats, kept ? std::optional(kept->hash()) : std::nullopt, id)
           .run();
       is_finished = database.changes() == 1;
       if (is_finished) database.query("DELETE FROM specs WHERE job = ?").with(id).run();
@@ -195,8 +196,8 @@ std::optional<FoundImage> SqliteStore::image(const std::string& id) const {
   if (!is_known) return std::nullopt;
   if (found.state != ImageState::present) return found;
   try {
-    found.image.bytes = std::make_shared<const std::string>(blobs_.read(found.image.sha256));
-    if (preview) found.image.png_preview = std::make_shared<const std::string>(blobs_.read(*preview));
+    found.image.bytes = blobs_.read(found.image.sha256);
+    if (preview) found.image.png_preview = blobs_.read(*preview);
   } catch (const std::system_error& error) {
     if (error.code().value() != ENOENT) throw;
     // Expired since its row was read, or removed by somebody else.
@@ -219,14 +220,14 @@ bool SqliteStore::expire_some(Database& database, const Retention& retention, Ti
   const Totals totals = totals_of(database);
   const std::int64_t oldest_image = number_of(now - retention.image_age);
   const std::int64_t oldest_job = number_of(now - retention.job_age);
-  // Oldest first is in the order of ids, which a clock that was set back does not change.
   take(dropped, "SELECT id, image FROM jobs WHERE image IS NOT NULL AND finished_at < ? LIMIT 100", oldest_image);
   if (dropped.empty() && is_over(totals.image_bytes, retention.max_image_bytes))
-    take(dropped, "SELECT id, image FROM jobs WHERE image IS NOT NULL ORDER BY id LIMIT ?", 1);
+    take(dropped, "SELECT id, image FROM jobs WHERE image IS NOT NULL ORDER BY finished_at, id LIMIT ?", 1);
   take(forgotten, "SELECT id, image FROM jobs WHERE state > 1 AND finished_at < ? LIMIT 100", oldest_job);
   if (forgotten.empty() && is_over(totals.finished_jobs, retention.max_jobs)) {
     const std::size_t many = static_cast<std::uint64_t>(totals.finished_jobs) - retention.max_jobs;
-    take(forgotten, "SELECT id, image FROM jobs WHERE state > 1 ORDER BY id LIMIT ?", std::min(many, expired_at_once));
+    take(forgotten, "SELECT id, image FROM jobs WHERE state > 1 ORDER BY finished_at, id LIMIT ?",
+         std::min(many, expired_at_once));
   }
   for (const Imaged& job : dropped) {
     database.query("UPDATE jobs SET image = NULL WHERE id = ?").with(job.id).run();

@@ -19,7 +19,50 @@ jobs::Settings settings_for(int at_once, std::size_t queued) {
   return settings;
 }
 
+/// A store whose disk may take no more ends.
+class FullStore : public store::TimedStore {
+ public:
+  using store::TimedStore::TimedStore;
+  bool finish(const std::string& id, store::Ending ending) override {
+    if (is_full) throw store::StorageFull();
+    return store::TimedStore::finish(id, std::move(ending));
+  }
+  std::atomic<bool> is_full = false;
+};
+
 }  // namespace
+
+TEST_CASE("a full disk keeps a waiting job's cancel from being stored, and nobody waiting for it") {
+  TestStore kept;
+  FullStore store(kept, [](std::string_view, double) {});
+  render::Pool pool(1);
+  jobs::JobManager manager(settings_for(1, 10), store, pool);
+  const std::string running = manager.submit(endless_job(), {}).job.id,
+                    waiting = manager.submit(another_job(), {}).job.id;
+  REQUIRE(eventually([&] { return manager.find(running)->state == api::JobState::running; }));
+  store.is_full = true;
+  CHECK_THROWS_AS(manager.cancel(waiting), store::StorageFull);
+  CHECK_THROWS_AS(manager.remove(waiting), store::StorageFull);
+  CHECK(manager.find(waiting)->state == api::JobState::queued);
+  CHECK(manager.find(waiting)->queue_position == 1);
+  store.is_full = false;
+  manager.cancel(running);
+  CHECK(eventually([&] { return manager.find(waiting)->state == api::JobState::succeeded; }));
+}
+
+TEST_CASE("a full disk and a cancel under way end no server that stops") {
+  TestStore kept;
+  FullStore store(kept, [](std::string_view, double) {});
+  render::Pool pool(1);
+  jobs::JobManager manager(settings_for(1, 10), store, pool);
+  const std::string running = manager.submit(endless_job(), {}).job.id;
+  REQUIRE(eventually([&] { return manager.find(running)->percent > 0; }));
+  store.is_full = true;
+  manager.cancel(running);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  manager.stop();
+  CHECK(kept.find(running)->state == api::JobState::queued);
+}
 
 TEST_CASE("a full queue answers 429 and harms nobody who is in it") {
   const TestServer server(settings_for(1, 2));

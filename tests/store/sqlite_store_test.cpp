@@ -62,18 +62,54 @@ TEST_CASE("files of images go when the last job that has them goes") {
   CHECK(files_in(directory / "blobs") == 0);
 }
 
-TEST_CASE("an image whose file is gone has expired and is not found again; a damaged one is an error") {
+TEST_CASE("an image whose file is gone or damaged has expired and is not found again") {
   const TemporaryDirectory directory;
   SqliteStore store(in_directory(directory.path()));
   store.create(job_like("a", "hash"), "body", {});
   finish(store, "a", success("bytes"));
-  std::ofstream(blob_path(directory.path(), "bytes")) << "bytez";
-  CHECK_THROWS_AS(store.image("a"), std::runtime_error);
-  fs::remove(blob_path(directory.path(), "bytes"));
-  CHECK(store.image("a")->state == ImageState::expired);
-  CHECK(store.create(job_like("b", "hash"), "body", {}).job.state == JobState::queued);
-  finish(store, "b", success("bytes"));
-  CHECK(*store.image("a")->image.bytes == "bytes");
+  int jobs = 0;
+  for (const bool is_damaged : {true, false}) {
+    const std::string path = blob_path(directory.path(), "bytes"), next = "b" + std::to_string(jobs++);
+    if (is_damaged) {
+      std::ofstream(path) << "bytez";
+    } else {
+      fs::remove(path);
+    }
+    CHECK(store.image("a")->state == ImageState::expired);
+    CHECK(store.create(job_like(next, "hash"), "body", {}).job.state == JobState::queued);
+    finish(store, next, success("bytes"));
+    CHECK(*store.image("a")->image.bytes == "bytes");
+  }
+}
+
+TEST_CASE("who reads an image while others do shares their bytes") {
+  const TemporaryDirectory directory;
+  SqliteStore store(in_directory(directory.path()));
+  store.create(job_of("a"), "body", {});
+  finish(store, "a", success("bytes"));
+  const auto first = store.image("a"), second = store.image("a");
+  CHECK(first->image.bytes == second->image.bytes);
+}
+
+TEST_CASE("an empty database beside images is not taken for a new one; alone, and behind a link, it is") {
+  const TemporaryDirectory directory;
+  {
+    SqliteStore store(in_directory(directory.path()));
+    store.create(job_of("a"), "body", {});
+    finish(store, "a", success("bytes"));
+  }
+  fs::resize_file(directory / "penumbra.db", 0);
+  CHECK_THROWS_AS(SqliteStore(in_directory(directory.path())), std::runtime_error);
+  CHECK(fs::exists(blob_path(directory.path(), "bytes")));
+  const TemporaryDirectory other;
+  fs::create_directory(other / "real");
+  fs::create_directory_symlink("real", other / "link");
+  std::ofstream(other / "real/penumbra.db").flush();
+  SqliteStore store(in_directory(other / "link"));
+  store.create(job_of("a"), "body", {});
+  CHECK(fs::file_size(other / "real/penumbra.db") > 0);
+  fs::create_directories(other / "real/deep");
+  SqliteStore(in_directory(other / "link/deep/er")).create(job_of("a"), "body", {});
 }
 
 TEST_CASE("another engine's images are not found again") {

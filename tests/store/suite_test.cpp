@@ -173,6 +173,22 @@ TEST_CASE_TEMPLATE("images and jobs expire by age and by number, oldest first", 
   CHECK(store.find("d"));  // unfinished jobs stay
 }
 
+TEST_CASE_TEMPLATE("who ended first goes first, whoever came first", Store, MemoryStore, FreshSqliteStore) {
+  Store store;
+  for (const char* id : {"a", "b", "c"}) store.create(job_of(id), "body", {});
+  int end = 0;
+  for (const char* id : {"b", "c", "a"}) finish(store, id, success(std::string(100, *id), noon + seconds(++end)));
+  Retention retention;
+  retention.max_image_bytes = 250;
+  store.expire(retention, noon + hours(1));
+  CHECK(store.image("b")->state == ImageState::expired);
+  CHECK(store.image("a")->state == ImageState::present);
+  retention.max_jobs = 1;
+  store.expire(retention, noon + hours(1));
+  CHECK_FALSE(store.find("c"));
+  CHECK(store.find("a"));
+}
+
 TEST_CASE_TEMPLATE("a job that is put back waits again, with the percentage it had", Store, MemoryStore,
                    FreshSqliteStore) {
   Store store;
@@ -200,7 +216,7 @@ TEST_CASE_TEMPLATE("the image of an equal job is found again, as long as it is k
   const auto found = store.find("c");
   CHECK(found->state == JobState::succeeded);
   CHECK(found->percent == 100);
-  CHECK(found->finished_at == noon);
+  CHECK(found->finished_at == noon + seconds(2));  // not before the one that ended last, whatever the clock says
   CHECK(found->stats->render_s == 1.5);
   CHECK_FALSE(store.spec("c"));
   CHECK(*store.image("c")->image.bytes == "bytes");

@@ -1,6 +1,6 @@
 #include "tests/support/memory_store.h"
 
-#include <iterator>
+#include <algorithm>
 #include <utility>
 
 namespace penumbra::test {
@@ -36,7 +36,8 @@ Created MemoryStore::create(const JobRecord& job, std::string spec, const std::o
     if (other.found.state != ImageState::present) continue;
     entry.job.state = JobState::succeeded;
     entry.job.percent = 100;
-    entry.job.started_at = entry.job.finished_at = job.created_at;
+    entry.job.started_at = job.created_at;
+    entry.job.finished_at = not_before_others(job.created_at);
     entry.job.stats = other.job.stats;
     keep_image(entry, other.found.image);
     ++finished_jobs_;
@@ -76,13 +77,18 @@ bool MemoryStore::finish(const std::string& id, Ending ending) {
   Entry& entry = found->second;
   entry.job.state = ending.state;
   entry.job.percent = ending.percent;
-  entry.job.finished_at = ending.finished_at;
+  entry.job.finished_at = not_before_others(ending.finished_at);
   entry.job.error = std::move(ending.error);
   entry.job.stats = std::move(ending.stats);
   entry.spec = std::string();
   if (ending.image) keep_image(entry, std::move(*ending.image));
   ++finished_jobs_;
   return true;
+}
+
+Time MemoryStore::not_before_others(Time end) const {
+  for (const auto& [id, entry] : entries_) end = std::max(end, entry.job.finished_at.value_or(end));
+  return end;
 }
 
 void MemoryStore::keep_image(Entry& entry, Image image) {
@@ -101,13 +107,13 @@ void MemoryStore::drop_image(Entry& entry) {
   entry.found = {ImageState::expired, {}};
 }
 
-MemoryStore::Entries::iterator MemoryStore::erase(Entries::iterator entry) {
+void MemoryStore::erase(Entries::iterator entry) {
   drop_image(entry->second);
   if (api::is_final(entry->second.job.state)) --finished_jobs_;
   const auto use = keys_.find(entry->second.key);
   // A key that was free again may by now belong to a later job.
   if (use != keys_.end() && use->second.id == entry->first) keys_.erase(use);
-  return entries_.erase(entry);
+  entries_.erase(entry);
 }
 
 bool MemoryStore::remove(const std::string& id) {
@@ -174,20 +180,24 @@ std::string MemoryStore::newest_id() const {
 
 void MemoryStore::expire(const Retention& retention, Time now) {
   const std::lock_guard lock(mutex_);
-  for (auto& [id, entry] : entries_) {
-    if (now - entry.job.finished_at.value_or(now) > retention.image_age) drop_image(entry);
+  std::vector<std::pair<Time, std::string>> ended;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.job.finished_at) ended.emplace_back(*entry.job.finished_at, id);
   }
-  for (auto& [id, entry] : entries_) {
-    if (image_bytes_ > retention.max_image_bytes) drop_image(entry);
+  std::ranges::sort(ended);
+  for (const auto& [end, id] : ended) {
+    if (now - end > retention.image_age) drop_image(entries_.at(id));
   }
-  const auto forget_if = [&](const auto& is_forgotten) {
-    for (auto entry = entries_.begin(); entry != entries_.end();) {
-      const JobRecord& job = entry->second.job;
-      entry = api::is_final(job.state) && is_forgotten(job) ? erase(entry) : std::next(entry);
-    }
-  };
-  forget_if([&](const JobRecord& job) { return now - job.finished_at.value_or(now) > retention.job_age; });
-  forget_if([&](const JobRecord&) { return finished_jobs_ > retention.max_jobs; });
+  for (const auto& [end, id] : ended) {
+    if (image_bytes_ > retention.max_image_bytes) drop_image(entries_.at(id));
+  }
+  for (const auto& [end, id] : ended) {
+    if (now - end > retention.job_age) erase(entries_.find(id));
+  }
+  for (const auto& [end, id] : ended) {
+    const auto entry = entries_.find(id);
+    if (entry != entries_.end() && finished_jobs_ > retention.max_jobs) erase(entry);
+  }
 }
 
 }  // namespace penumbra::test

@@ -49,9 +49,10 @@ class MemoryStore : public JobStore {
 
   /// Each of these needs mutex_ held.
   std::optional<Created> use_of(const IdempotencyKey& key) const;
+  Time not_before_others(Time end) const;
   void keep_image(Entry& entry, Image image);
   void drop_image(Entry& entry);
-  Entries::iterator erase(Entries::iterator entry);
+  void erase(Entries::iterator entry);
 
   mutable std::mutex mutex_;
   // Guarded by mutex_:
