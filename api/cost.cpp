@@ -63,7 +63,9 @@ double rays_with(double reflection, double transmission, const scene::Options& o
   return sum;
 }
 
-/// The most that a camera ray can become: one ray after the other, or a tree where materials do both.
+/// What a camera ray can become: one ray after the other. Where materials do both it is a tree, of which scenes leave
+/// little: most rays soon meet nothing, or something else. But it counts where no scene need leave so little of it that
+/// it would ever end.
 double rays_of_a_path(const JobRequest& request) {
   double either = 0, reflection = 0, transmission = 0;
   for (const scene::Material& material : request.scene.materials) {
@@ -71,7 +73,9 @@ double rays_of_a_path(const JobRequest& request) {
     either = std::max({either, r, t});
     if (r > 0 && t > 0) reflection = std::max(reflection, r), transmission = std::max(transmission, t);
   }
-  return std::max(rays_with(either, 0, request.options), rays_with(reflection, transmission, request.options));
+  constexpr double rampant = 1e5;
+  const double tree = rays_with(reflection, transmission, request.options);
+  return tree > rampant ? tree : rays_with(either, 0, request.options);
 }
 
 std::size_t memory_of(const SceneSize& size, const JobRequest& request, std::int64_t pixels) {

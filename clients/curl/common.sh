@@ -17,15 +17,19 @@ request() {
   local output=$1 status
   shift
   body=$(mktemp)
-  trap 'rm -f "$body"' EXIT
-  status=$(curl -sS -o "$body" -w '%{http_code}' "$@") || { rm -f "$body"; return 3; }
+  # Waited for, not run in front: whoever ends the script ends the call.
+  trap 'rm -f "$body" "$body.status"; kill "$call" 2>/dev/null' EXIT
+  curl -sS -o "$body" -w '%{http_code}' "$@" <&0 >"$body.status" &
+  call=$!
+  wait "$call" || return 3
+  status=$(<"$body.status")
   if [[ $status != 2?? ]]; then
     echo "$status: $(jq -r '.detail // .title' "$body" 2>/dev/null || cat "$body")" >&2
-    jq -r '.errors[]? | "  \(if .pointer == "" then "(body)" else .pointer end): \(.detail)"' "$body" >&2 2>/dev/null
-    rm -f "$body"
+    jq -r '.errors[]? | "  \(if .pointer == "" then "(body)" else .pointer end): \(.detail)"' "$body" >&2 2>/dev/null || true
+    rm -f "$body" "$body.status"
     return 1
   fi
   # Written, not moved: the output may be a device, and keeps its own permissions.
   if [[ $output == - ]]; then cat "$body"; else cat "$body" >"$output"; fi
-  rm -f "$body"
+  rm -f "$body" "$body.status"
 }

@@ -26,8 +26,9 @@ follow() { # until the job is over, or the stream
   return 1
 }
 until follow "$1"; do
-  # Cut off, or too many streams are open: come back, unless the server or the job is gone.
-  request /dev/null "$url/v1/jobs/$1" || exit
+  # Cut off, or too many streams are open: come back, unless the server or the job is gone, or it is over.
+  state=$(request - "$url/v1/jobs/$1" | jq -r .state) || exit
+  [[ $state == queued || $state == running ]] || break
   sleep 1
 done
 [[ -t 2 ]] && echo >&2

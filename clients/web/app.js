@@ -147,7 +147,7 @@ async function submit(event) {
   try {
     if (!by('access').hidden) setKey(by('key').value.trim());
     const answer = await call('/v1/jobs', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: body.value});
-    const value = await answer.json();
+    const value = await answer.json().catch(() => ({detail: `${answer.status} ${answer.statusText}`}));
     if (!answer.ok) {
       showProblem(value);
       showState('Not accepted');
@@ -171,7 +171,7 @@ function askForKey() {
 function follow(resource) {
   job = resource;
   by('cancel').disabled = false;
-  showState('Queued', 0);
+  showState(job.state === 'running' ? 'Rendering' : 'Queued', job.progress.percent);
   events = followEvents(job.links.events, ['progress', 'succeeded', 'failed', 'canceled'], (name, data) => {
     if (name !== 'progress') return finish();
     const {percent, state, eta_s: eta} = JSON.parse(data);
@@ -188,17 +188,23 @@ async function streamLost(isOver) {
   await new Promise(resolve => setTimeout(resolve, 2000));
   if (job.id !== followed || !by('render').disabled) return;
   const answer = await call(job.links.self).catch(() => null);
-  if (answer?.status === 404) return giveUp('The server no longer knows this job');
+  if (answer?.status === 404 || answer?.status === 401 || answer?.status === 403) return giveUp(answer);
+  // The stream may be refused for as long as others have theirs: the job tells how it stands.
+  const resource = answer?.ok ? await answer.json().catch(() => job) : job;
+  if (['succeeded', 'failed', 'canceled'].includes(resource.state)) return finish();
   clearInterval(previewTimer);
-  follow(job);
+  follow(resource);
 }
 
-function giveUp(text) {
+/// For want of an answer, or because of it.
+function giveUp(answer) {
   events.close();
   clearInterval(previewTimer);
   previewTimer = 0;
   setBusy(false);
-  showState(text);
+  const texts = {401: 'The server asks for a key', 403: 'The key does not allow this', 404: 'The server no longer knows this job'};
+  showState(answer === undefined ? 'The server does not answer' : texts[answer.status] ?? `${answer.status} ${answer.statusText}`);
+  if (answer?.status === 401) askForKey();
 }
 
 async function showPreview() {
@@ -206,8 +212,10 @@ async function showPreview() {
   const followed = job.id;
   const url = await urlOf(`${job.links.preview}?${Date.now()}`).catch(() => null);
   if (!url) return;
+  const isWanted = () => previewTimer && job.id === followed;
   image.onload = () => {
-    if (previewTimer && job.id === followed) showPicture(url, 'The picture so far');
+    if (isWanted()) showPicture(url, 'The picture so far');
+    else if (url.startsWith('blob:')) URL.revokeObjectURL(url);
   };
   image.src = url;
 }
@@ -231,10 +239,10 @@ async function finish() {
       await new Promise(resolve => setTimeout(resolve, 1000 * pause));
       answer = await call(job.links.self);
     }
-    if (!answer.ok) return giveUp('The server no longer knows this job');
+    if (!answer.ok) return giveUp(answer);
     job = await answer.json();
   } catch {
-    return giveUp('The server does not answer');
+    return giveUp();
   }
   setBusy(false);
   if (job.state === 'succeeded') {
@@ -243,6 +251,8 @@ async function finish() {
     // No browser shows OpenEXR: the preview is the same picture as a PNG.
     const shown = format === 'exr' ? await urlOf(job.links.preview).catch(() => job.links.preview) : url;
     showPicture(shown, 'The rendered scene');
+    const last = by('download').href;
+    if (last.startsWith('blob:')) URL.revokeObjectURL(last);
     by('download').href = url;
     by('download').download = `penumbra.${format}`;
     by('download').hidden = false;

@@ -53,8 +53,8 @@ bool misses(const HalfSpaces& region, const World& world, const Item& item) {
   return box && region.miss(*box);
 }
 
-/// Ends the region behind the target and the viewpoints, and limits it to what lies before the target's middle, as all viewpoints see it.
-/// The region's base is the middle of the viewpoints.
+/// Ends the region behind the target and the viewpoints, and limits it to what lies before the target's middle, as all
+/// viewpoints see it. The region's base is the middle of the viewpoints.
 void add_ends(HalfSpaces& region, const Target& target, const RoundCell& viewpoints) {
   if (target.is_infinite) return;
   const Vec3 way = target.centre - viewpoints.centre;

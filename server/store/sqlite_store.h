@@ -68,7 +68,7 @@ class SqliteStore : public JobStore {
 
   const SqliteSettings settings_;
   DataDirectory directory_;
-  mutable Blobs blobs_;  // reading removes what is damaged
+  mutable Blobs blobs_;                // reading removes what is damaged
   std::vector<std::string> released_;  // only for the writer's thread
   std::unique_ptr<Writer> writer_;
   std::unique_ptr<Readers> readers_;
