@@ -86,8 +86,9 @@ std::size_t memory_of(const SceneSize& size, const JobRequest& request, std::int
   constexpr std::size_t build_reference = 112;
   constexpr std::size_t triangle = read_triangle + compiled_triangle + leaf_triangle + tree_nodes + build_reference;
   constexpr std::size_t primitive = 768, polygon_vertex = read_position + triangle, material = 400, light = 400;
-  // The film, the means and errors that refinement keeps, and the bytes of the image.
-  constexpr std::size_t pixel = 36;
+  // The film, the means and errors that refinement keeps, and the bytes of the image; within a time budget also the
+  // film of the pass before.
+  const std::size_t pixel = request.options.time_budget_s ? 52 : 36;
   return size.triangles * triangle + size.positions * read_position + size.smooth_triangles * smooth_triangle +
          size.primitives * primitive + size.polygon_vertices * polygon_vertex +
          request.scene.materials.size() * material + request.scene.lights.size() * light +

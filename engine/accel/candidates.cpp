@@ -83,17 +83,26 @@ class Candidates::Search {
                     const RegionVisitor::EdgeFlags& edges, const OwnedTriangles& owned, const Projection* projection,
                     const Placement* placement) {
     const bool is_opaque = owned.is_opaque(index);
-    if (projection != nullptr && is_opaque) return add_silhouette(shaft, triangles, index, edges, owned, *projection);
+    const auto in_world = [&] {
+      geometry::TriangleVertices t = triangles[index];
+      if (placement == nullptr) return t;
+      const math::Affine& map = placement->local_to_world;
+      return geometry::TriangleVertices{map.point(t.v0), map.point(t.v1), map.point(t.v2)};
+    };
+    if (projection != nullptr && is_opaque) {
+      const std::array<Vec3, 3> v = projected(triangles, index, *projection);
+      if (is_apart(v, projection->is_infinite)) return false;
+      // One alone may hide all, and nobody need look for the others.
+      if (may_cover(v) && index != owned.index(self_) && world_shaft.is_covered_by(in_world()))
+        return found_.is_dark_ = true;
+      return add_silhouette(shaft, triangles, index, v, edges, owned, *projection);
+    }
     const SurfaceId id = owned.surface(index);
     if (id == self_) return false;
     if (projection == nullptr ? shaft.misses(triangles[index])
                               : is_apart(projected(triangles, index, *projection), projection->is_infinite))
       return false;
-    geometry::TriangleVertices t = triangles[index];
-    if (placement != nullptr) {
-      const math::Affine& map = placement->local_to_world;
-      t = {map.point(t.v0), map.point(t.v1), map.point(t.v2)};
-    }
+    const geometry::TriangleVertices t = in_world();
     if (is_opaque && world_shaft.is_covered_by(t)) return found_.is_dark_ = true;
     Candidate* candidate = add(id, is_opaque);
     if (candidate == nullptr) return true;
@@ -101,13 +110,12 @@ class Candidates::Search {
     return false;
   }
 
+  /// `v`: the triangle's vertices, projected, not apart from the square.
   bool add_silhouette(const Shaft& shaft, const TriangleSet& triangles, std::uint32_t index,
-                      const RegionVisitor::EdgeFlags& edges, const OwnedTriangles& owned,
+                      const std::array<Vec3, 3>& v, const RegionVisitor::EdgeFlags& edges, const OwnedTriangles& owned,
                       const Projection& projection) {
     const std::uint32_t self = owned.index(self_);
     const bool is_self = index == self;
-    const std::array<Vec3, 3> v = projected(triangles, index, projection);
-    if (is_apart(v, projection.is_infinite)) return false;
     if (!is_self) {
       if (!projection.is_infinite && std::max(v[0].z, std::max(v[1].z, v[2].z)) >= 1) {
         if (shaft.misses(triangles[index])) return false;
@@ -149,6 +157,13 @@ class Candidates::Search {
     return all([](const Vec3& p) { return p.x > p.z; }) || all([](const Vec3& p) { return -p.x > p.z; }) ||
            all([](const Vec3& p) { return p.y > p.z; }) || all([](const Vec3& p) { return -p.y > p.z; }) ||
            all([](const Vec3& p) { return p.z < 0; }) || (!is_infinite && all([](const Vec3& p) { return p.z > 1; }));
+  }
+
+  /// Whether vertices lie on all sides of the square: what most triangles fail at once.
+  static bool may_cover(const std::array<Vec3, 3>& v) {
+    const auto any = [&](const auto& is_outside) { return is_outside(v[0]) || is_outside(v[1]) || is_outside(v[2]); };
+    return any([](const Vec3& p) { return p.x > p.z; }) && any([](const Vec3& p) { return -p.x > p.z; }) &&
+           any([](const Vec3& p) { return p.y > p.z; }) && any([](const Vec3& p) { return -p.y > p.z; });
   }
 
   /// Only of those it may depend whether there are too many: others are found or not with the structure.

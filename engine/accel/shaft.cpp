@@ -59,10 +59,10 @@ HalfSpaces Shaft::made_half_spaces() const {
     const Vec3 outward = math::cross(edges_[i], edges_[(i + 1) % 4]);
     result.add(dot(outward, middle) > 0 ? -outward : outward, 0);
   }
-  Vec3 forward = middle;
+  // Across the quadrilateral: all edges lead to that side of the apex, also where a placement's space is sheared.
+  Vec3 forward = math::cross(corners_[1] - corners_[0], corners_[3] - corners_[0]);
+  if (dot(forward, middle) < 0) forward = -forward;
   if (!is_infinite_) {
-    forward = math::cross(corners_[1] - corners_[0], corners_[3] - corners_[0]);
-    if (dot(forward, middle) < 0) forward = -forward;
     double farthest = 0;
     for (const Vec3& edge : edges_) farthest = std::max(farthest, dot(forward, edge));
     result.add(forward, farthest);

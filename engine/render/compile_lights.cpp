@@ -35,8 +35,17 @@ shading::Light compiled(const scene::RectangleLight& light) {
   const Vec3 normal = math::cross(light.edge_u, light.edge_v);
   const double skew = std::fabs(math::dot(light.edge_u, light.edge_v));
   const bool is_right_angled = skew <= math::gamma(16) * math::length(light.edge_u) * math::length(light.edge_v);
-  return shading::RectangleLight{light.corner,   light.edge_u,         light.edge_v,   math::normalize(normal),
-                                 light.radiance, math::length(normal), is_right_angled};
+  shading::RectangleLight result{light.corner,   light.edge_u,         light.edge_v,    math::normalize(normal),
+                                 light.radiance, math::length(normal), is_right_angled, {}};
+  result.around = {light.corner, light.edge_u, light.edge_v};
+  if (is_right_angled) return result;
+  const Vec3 along = math::normalize(light.edge_u), shift = along * math::dot(along, light.edge_v);
+  if (math::dot(shift, along) < 0) {
+    result.around = {light.corner + shift, light.edge_u - shift, light.edge_v - shift};
+  } else {
+    result.around = {light.corner, light.edge_u + shift, light.edge_v - shift};
+  }
+  return result;
 }
 shading::Light compiled(const scene::SphereLight& light) {
   return shading::SphereLight{light.center, light.radius, light.radiance};

@@ -15,6 +15,10 @@ constexpr std::size_t first_refinement = 8;  // samples before the first look at
 constexpr int pixels_per_lens_check = 8;
 constexpr std::uint64_t pixel_place = 1, lens_place = 2, block_place = 3, first_sample_place = 16;
 
+/// Just outside a pixel: whatever line cuts off a piece of it has one of these on that piece's side.
+constexpr std::array<sampling::Point2, 4> corners_around{
+    sampling::Point2{-0.25, -0.25}, {1.25, -0.25}, {1.25, 1.25}, {-0.25, 1.25}};
+
 /// Clamped to display range, as the error is measured: a channel surely above 1 has none.
 double squared_error(const Color& value, const Color& variance) {
   const auto channel = [](double v, double variance_of_v) {
@@ -39,8 +43,10 @@ std::vector<Pass> plan_passes(const scene::Options& options) {
     return Pass{stride, samples_per_pixel, shadow_samples, static_cast<std::uint64_t>(work) + 1'000'000};
   };
   if (!options.time_budget_s) return {pass(1, options.samples_per_pixel, options.shadow_samples)};
-  // Two camera rays of a pixel that asks for several tell how far they are off; one, at its centre, would not.
-  std::vector<Pass> passes{pass(8, 1, 1), pass(1, std::min(2, options.samples_per_pixel), 1)};
+  // The first, which nothing cuts short, has a block for each tile. Two camera rays of a pixel that asks for several
+  // tell how far they are off; one, at its centre, would not.
+  std::vector<Pass> passes{pass(Canvas::tile_edge, 1, 1), pass(8, 1, 1),
+                           pass(1, std::min(2, options.samples_per_pixel), 1)};
   while (passes.back().samples_per_pixel < options.samples_per_pixel ||
          passes.back().shadow_samples < options.shadow_samples) {
     const Pass& last = passes.back();
@@ -171,13 +177,16 @@ PixelSampler::Attempt PixelSampler::attempt(const sampling::Key& key, int column
   std::vector<Color> values;
   values.reserve(static_cast<std::size_t>(samples_per_pixel_));
   Color sum, squares, light_variance;
-  while (true) {
-    const auto index = static_cast<std::uint32_t>(values.size());
-    const sampling::Point2 offset = sampling::sobol_owen(index, place_key);
+  std::optional<Color> contrast;
+  const auto trace = [&](std::uint32_t index, const sampling::Point2& offset) {
     const sampling::Point2 lens =
         camera_.has_lens() ? square_to_disc(sampling::sobol_owen(index, lens_key)) : sampling::Point2{0, 0};
     const geometry::Ray ray = camera_.ray(column + offset.x, row + offset.y, lens);
-    const auto sample = integrator.trace(ray, sampling, key.at(first_sample_place + index));
+    return integrator.trace(ray, sampling, key.at(first_sample_place + index));
+  };
+  while (true) {
+    const auto index = static_cast<std::uint32_t>(values.size());
+    const auto sample = trace(index, sampling::sobol_owen(index, place_key));
     values.push_back(sample.radiance);
     sum += sample.radiance, squares += sample.radiance * sample.radiance;
     light_variance += sample.variance.modelled;
@@ -193,9 +202,28 @@ PixelSampler::Attempt PixelSampler::attempt(const sampling::Key& key, int column
     const auto scaled = [&](double channel) { return std::max(0.0, channel) * scale; };
     sampling::Halves halves;  // of a (0, 2)-sequence: the first and the last samples
     for (std::size_t i = 0; i < count; ++i) halves.add(2 * i >= count, values[i]);
-    const shading::Variance variance{halves.variance(sampling::Halves::points),
-                                     {scaled(spread.r), scaled(spread.g), scaled(spread.b)}};
-    const bool stops = is_good_enough(variance);
+    shading::Variance variance{halves.variance(sampling::Halves::points),
+                               {scaled(spread.r), scaled(spread.g), scaled(spread.b)}};
+    bool stops = is_good_enough(variance);
+    if (stops && !is_last) {
+      // That the samples agree does not mean that all would: half a sample more may see what lies around the pixel.
+      if (!contrast) {
+        contrast = math::black;
+        for (std::uint32_t i = 0; i < corners_around.size(); ++i) {
+          const Color beside = trace(static_cast<std::uint32_t>(samples_per_pixel_) + i, corners_around[i]).radiance;
+          const auto widen = [](double& channel, double a, double b) {
+            channel = std::max(channel, std::fabs(std::clamp(a, 0.0, 1.0) - std::clamp(b, 0.0, 1.0)));
+          };
+          widen(contrast->r, beside.r, mean.r), widen(contrast->g, beside.g, mean.g);
+          widen(contrast->b, beside.b, mean.b);
+        }
+      }
+      const double share = 0.5 / (n + 1);
+      const Color unknown = *contrast * *contrast * (share * (1 - share) * scale);
+      variance.modelled = {std::max(variance.modelled.r, unknown.r), std::max(variance.modelled.g, unknown.g),
+                           std::max(variance.modelled.b, unknown.b)};
+      stops = is_good_enough(variance);
+    }
     if (is_last || stops)
       return {{mean, squared_error(mean, variance.measured)}, stops, math::max_channel(light_variance) / (n * n)};
   }

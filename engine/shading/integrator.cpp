@@ -231,9 +231,20 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   if (is_lit && math::is_black(at.material->specular)) {
     if (const auto exact = exact_diffuse()) return skip_samples(counters_.area_samples_exact), *exact;
   }
-  const auto seen = light.is_right_angled ? sampling::SphericalRectangle::seen_from(at.surface.position, light.corner,
-                                                                                    light.edge_u, light.edge_v)
-                                          : std::nullopt;
+  // A skewed one is sampled by the right-angled one around it from close by, where places of equal area weigh whatever
+  // they like.
+  const bool is_near = dot(corner + diagonal, corner + diagonal) < 4 * half_width * half_width;
+  const auto seen = light.is_right_angled || is_near
+                        ? sampling::SphericalRectangle::seen_from(at.surface.position, light.around.corner,
+                                                                  light.around.edge_u, light.around.edge_v)
+                        : std::nullopt;
+  const bool may_be_beside = seen && !light.is_right_angled;
+  const auto is_beside = [&](const Vec3& towards) {
+    const Vec3 inside = towards - corner, &across = light.around.edge_v;
+    const double v = dot(inside, across) / dot(across, across);
+    const double u = dot(inside - light.edge_v * v, light.edge_u) / dot(light.edge_u, light.edge_u);
+    return u < 0 || u > 1 || v < 0 || v > 1;
+  };
   // The light often lies in a surface of the scene (a lamp in a ceiling), whose triangles may be far larger: its
   // samples sit that much in front of it.
   const double rounding = math::gamma(32) * (dot(math::abs(light.normal), sizes) + scene_.extent);
@@ -242,7 +253,7 @@ Color Integrator::lit_by(const RectangleLight& light, const ShadingPoint& at, co
   const auto sample = [&](std::uint32_t i) -> AreaSample {
     const sampling::Point2 square = sampling::sobol_owen(i, key);
     const Vec3 towards = seen ? seen->point(square) : corner + light.edge_u * square.x + light.edge_v * square.y;
-    if (!is_on_viewers_side(at, towards)) return {};
+    if (!is_on_viewers_side(at, towards) || (may_be_beside && is_beside(towards))) return {};
     const double distance = math::length(towards);
     const double measure = seen ? seen->solid_angle() : light.area * height / (distance * distance * distance);
     return lit_sample(at, light.radiance * (measure / math::pi), towards * (1 / distance), towards + lift, verdict);

@@ -100,6 +100,23 @@ TEST_CASE("with a target the error of the picture stays below it, and looser tar
   }
 }
 
+TEST_CASE("with a target an outline that few samples see is refined") {
+  api::JobRequest job = api::parse_job(
+      R"({"scene": {"camera": {"position": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov": 50}, "background": 0,
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1.5, "material": {"emission": 0.9}}]},
+    "options": {"width": 64, "height": 64, "samples_per_pixel": 4096}})");
+  const auto truth = test::render(job).film;
+  for (const double target : {0.01, 0.003, 0.001}) {
+    job.options.target_error = target;
+    const render::Picture picture = test::render(job);
+    const double error = test::rmse(picture.film->rgb, truth->rgb);
+    INFO(fmt::format("target {}: RMSE {:.2e}, estimated {:.2e}, {} camera rays", target, error,
+                     picture.stats.estimated_error, picture.stats.rays.camera));
+    CHECK(error <= target);
+    CHECK(picture.stats.rays.camera < 64 * 64 * 4096 / 4);
+  }
+}
+
 TEST_CASE("with a target out of reach the picture is as good as the caps allow") {
   for (test::NamedJob& named : scenes()) {
     named.job.options.shadow_samples = 16;

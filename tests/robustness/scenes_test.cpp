@@ -120,6 +120,24 @@ TEST_CASE("recipe 8: every structure agrees on grids, slivers, doubles, points, 
   CHECK(different == 0);
 }
 
+TEST_CASE("recipe 8: every structure gives the same shadow of a sheared instance under a wide sky") {
+  api::JobRequest job = api::parse_job(
+      R"({"scene": {"camera": {"position": [-1.201, 2.648, 4.5], "look_at": [0.285, 0.299, 0], "vertical_fov": 50},
+    "meshes": {"cube": {"positions": [-0.5,-0.5,-0.5, 0.5,-0.5,-0.5, -0.5,0.5,-0.5, 0.5,0.5,-0.5, -0.5,-0.5,0.5, 0.5,-0.5,0.5, -0.5,0.5,0.5, 0.5,0.5,0.5],
+        "indices": [0,2,3, 0,3,1, 4,5,7, 4,7,6, 0,1,5, 0,5,4, 2,6,7, 2,7,3, 0,4,6, 0,6,2, 1,3,7, 1,7,5]},
+      "sheet": {"positions": [-1,0,-1, 1,0,-1, 1,0.3,1, -1,0,1], "indices": [0,1,2, 0,2,3]}},
+    "objects": [{"type": "group", "transform": [-1.423,0.01,-0.305,0, -0.539,-0.78,0.053,0, -0.739,0.425,-0.164,0, -0.072,1.355,0.97,1], "objects": [
+      {"type": "instance", "mesh": "sheet", "transform": [0.714,1.118,0.971,0, -0.78,0.538,0.176,0, 1.017,-0.704,0.329,0, 1.092,1.036,-0.985,1]},
+      {"type": "instance", "mesh": "cube", "transform": [0.653,-0.391,0.485,0, -0.321,-0.453,-0.224,0, 0.106,-0.709,-0.611,0, -0.574,1.256,-0.926,1]}]}],
+    "lights": [{"type": "directional", "direction": [-0.519, -0.421, -0.879], "angular_radius": 60, "intensity": 1}]},
+    "options": {"width": 16, "height": 16, "shadow_samples": 64, "acceleration": "none"}})");
+  const render::Film::Values plain = test::render(job).film->rgb;
+  for (const auto acceleration : test::accelerations) {
+    job.options.acceleration = acceleration;
+    CHECK(test::render(job).film->rgb == plain);
+  }
+}
+
 TEST_CASE("recipe 8: of two equal triangles every structure finds the first, from close by too") {
   test::Random random(8);
   const std::vector<scene::Object> objects = bad_triangles(random);
