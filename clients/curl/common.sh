@@ -18,7 +18,7 @@ request() {
   shift
   body=$(mktemp)
   # Waited for, not run in front: whoever ends the script ends the call.
-  trap 'rm -f "$body" "$body.status"; kill "$call" 2>/dev/null' EXIT
+  trap 'rm -f "$body" "$body.status"; kill "$call" 2>/dev/null || true' EXIT
   curl -sS -o "$body" -w '%{http_code}' "$@" <&0 >"$body.status" &
   call=$!
   wait "$call" || return 3

@@ -42,10 +42,23 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& v
   std::vector<std::uint32_t> rest(vertices.size());
   for (std::uint32_t i = 0; i < rest.size(); ++i) rest[i] = i;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::size_t at = 0, tried = 0;
-  while (rest.size() > 3 && tried < rest.size()) {
+  // Who is no ear stays none until a neighbour goes: what lies in the way is a reflex vertex, and no ear itself. Where
+  // vertices touch that may fail, and everybody is asked again.
+  std::vector<bool> is_known_blocked(vertices.size(), false);
+  std::size_t at = 0, passed = 0, unasked = 0;  // since the last ear
+  while (rest.size() > 3) {
     const std::size_t count = rest.size();
+    if (passed == count) {
+      if (unasked == 0) break;
+      is_known_blocked.assign(vertices.size(), false);
+      passed = unasked = 0;
+    }
     const std::uint32_t a = rest[(at + count - 1) % count], b = rest[at], c = rest[(at + 1) % count];
+    if (is_known_blocked[b]) {
+      at = (at + 1) % count;
+      ++passed, ++unasked;
+      continue;
+    }
     const double turn = area(p[a], p[b], p[c]);
     bool is_ear = turn > 0;
     for (std::size_t k = 2; is_ear && k + 1 < count; ++k) {
@@ -55,11 +68,13 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& v
     if (is_ear || turn == 0) {
       if (is_ear) triangles.push_back({a, b, c});
       rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(at));
+      is_known_blocked[a] = is_known_blocked[c] = false;
       at %= rest.size();
-      tried = 0;
+      passed = unasked = 0;
     } else {
+      is_known_blocked[b] = true;
       at = (at + 1) % count;
-      ++tried;
+      ++passed;
     }
   }
   // What is left is a triangle, or a remnant that rounding made unclippable: a fan covers it.

@@ -1,6 +1,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <future>
 #include <iostream>
 #include <memory>
@@ -58,6 +59,8 @@ int serve(ServeSettings settings) {
   complete(settings);
   log::configure(*settings.http.access_log, settings.log_level);
 
+  // A limit on the size of files is a full disk, and no reason to die.
+  std::signal(SIGXFSZ, SIG_IGN);
   End end;
   std::atomic<access::KeyRing*> reloaded = nullptr;
   const StopSignals signals([&] { end.ask(status_done); },

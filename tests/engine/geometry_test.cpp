@@ -40,6 +40,31 @@ TEST_CASE("polygons split into triangles of the same winding that fill them exac
   }
 }
 
+TEST_CASE("stars, combs, spirals and a corner that touches an edge are filled") {
+  std::vector<std::vector<Vec3>> polygons;
+  for (const int points : {5, 40, 500}) {
+    std::vector<Vec3> star, comb, spiral;
+    for (int i = 0; i < 2 * points; ++i) {
+      const auto [sine, cosine] = math::sine_cosine_turns(i / (2.0 * points));
+      star.push_back(Vec3{cosine, sine, 0} * (i % 2 == 0 ? 1.0 : 0.3));
+      comb.push_back({0.5 * i, i % 2 == 0 ? 0.0 : 1.0 - 1e-3 * i / points, 0});
+      const auto [s, c] = math::sine_cosine_turns((i < points ? i : 2 * points - 1 - i) * 3.0 / points);
+      spiral.push_back(Vec3{c, s, 0} * (1 + (i < points ? i : 2 * points - 1 - i) + (i < points ? 0.0 : 0.5)));
+    }
+    comb.push_back({1.0 * points, -1, 0}), comb.push_back({-1, -1, 0});
+    polygons.insert(polygons.end(), {star, comb, spiral});
+  }
+  polygons.push_back({{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 0, 0}, {0, 4, 0}});
+  for (const auto& polygon : polygons) {
+    Vec3 whole;
+    for (std::size_t i = 1; i + 1 < polygon.size(); ++i) whole += area_vector(polygon[0], polygon[i], polygon[i + 1]);
+    double absolute = 0;
+    for (const auto& [a, b, c] : geometry::triangulate(polygon))
+      absolute += math::length(area_vector(polygon[a], polygon[b], polygon[c]));
+    CHECK(absolute == doctest::Approx(math::length(whole)));
+  }
+}
+
 TEST_CASE("a ray through the shared edge or a corner meets exactly one of the triangles") {
   const Vec3 a{0, 0, 0}, b{1, 0, 0}, c{1, 1, 0}, d{0, 1, 0};
   for (const Vec3& target : {Vec3{0.5, 0.5, 0}, Vec3{0.25, 0.25, 0}, Vec3{0.75, 0.75, 0}}) {
