@@ -63,9 +63,9 @@ double rays_with(double reflection, double transmission, const scene::Options& o
   return sum;
 }
 
-/// What a camera ray can become: one ray after the other. Where materials do both it is a tree, of which scenes leave
-/// little: most rays soon meet nothing, or something else. But it counts where no scene need leave so little of it that
-/// it would ever end.
+/// What a camera ray can become: one ray after the other. Where materials do both it is a tree, of which most scenes
+/// grow little, for rays soon meet nothing, or something else; it counts when it is so large that a scene might never
+/// end.
 double rays_of_a_path(const JobRequest& request) {
   double either = 0, reflection = 0, transmission = 0;
   for (const scene::Material& material : request.scene.materials) {
