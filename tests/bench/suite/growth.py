@@ -7,7 +7,7 @@ from suite.common import BIN, build, load, print_table, save
 LIMIT = 4 << 30  # bytes
 
 
-def growth(powers=(4, 5, 6, 7), runs=3, edge=800, thread_counts=(1, 2)):
+def growth(powers=(4, 5, 6, 7), runs=5, edge=800, thread_counts=(1, 2)):
     build("bench_growth")
     lines = []
     for threads in thread_counts:
