@@ -37,7 +37,7 @@ struct RectangleLight {
   Color radiance;
   double area = 0;
   bool is_right_angled = true;
-  struct Frame {
+  struct Edges {
     Vec3 corner, edge_u, edge_v;
   } around;  // the right-angled one along edge_u that holds it
 };

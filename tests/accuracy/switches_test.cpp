@@ -83,18 +83,16 @@ TEST_CASE("cells wider than the way to the light change no pixel, and many light
       {"type": "plane", "point": [-1.1, -1, 1], "normal": [0.47, 0.015, 0.473814], "material": {"diffuse": [0.33, 0.91, 0.87]}}],
     "lights": [{"type": "point", "position": [-1.3, 3, 1.840683], "intensity": 0.6}]}, "options": {"width": 12, "height": 12}})"));
   test::Random random(61);
+  const auto add_light = [&](api::JobRequest& job, const math::Vec3& middle, double reach, double intensity,
+                             double radius) {
+    job.scene.lights.emplace_back(scene::PointLight{middle + random.in_cube(reach), math::grey(intensity), {}, radius});
+  };
   for (int i = 0; i < 60; ++i) {
     api::JobRequest job = test::zoo();
     job.options.width = job.options.height = 8 + static_cast<int>(random.below(8));
     job.options.shadow_samples = 4;
     job.scene.lights.clear();
-    for (int k = 0; k < 4; ++k) {
-      scene::PointLight light;
-      light.position = math::Vec3{0, 1.6, 1} + random.in_cube(1.5);
-      light.intensity = {0.2, 0.2, 0.2};
-      light.radius = k % 2 == 0 ? 0 : 0.05;
-      job.scene.lights.emplace_back(light);
-    }
+    for (int k = 0; k < 4; ++k) add_light(job, {0, 1.6, 1}, 1.5, 0.2, k % 2 == 0 ? 0 : 0.05);
     check_scene(job);
   }
   // So many that contents drive each other out.
@@ -102,13 +100,7 @@ TEST_CASE("cells wider than the way to the light change no pixel, and many light
   many.options.width = many.options.height = 24;
   many.options.shadow_samples = 4;
   many.scene.lights.clear();
-  for (int k = 0; k < 600; ++k) {
-    scene::PointLight light;
-    light.position = math::Vec3{0, 8, 0} + random.in_cube(6);
-    light.intensity = {0.002, 0.002, 0.002};
-    light.radius = 0.2;
-    many.scene.lights.emplace_back(light);
-  }
+  for (int k = 0; k < 600; ++k) add_light(many, {0, 8, 0}, 6, 0.002, 0.2);
   check_scene(many);
 }
 

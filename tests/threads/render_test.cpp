@@ -255,7 +255,7 @@ TEST_CASE("a time budget that is over at once still gives a whole picture, a coa
   job.options.samples_per_pixel = 1024;
   job.options.time_budget_s = 1e-9;
   const render::Picture coarse = rendered(job);
-  CHECK(coarse.stats.rays.camera < exact.stats.rays.camera);
+  CHECK(coarse.stats.rays.camera <= 2 * 7 * 7);  // two for each tile of 32 pixels
   const double whole = rmse(*coarse.film, *exact.film);
   const double missing = rmse(render::Film(200, 200), *exact.film);
   CHECK(whole < missing / 3);
