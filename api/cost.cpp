@@ -36,11 +36,9 @@ SceneSize size_of_objects(const std::vector<scene::Object>& objects) {
   return size;
 }
 
-bool is_soft(const scene::Light& light) {
-  if (const auto* point = std::get_if<scene::PointLight>(&light)) return point->radius > 0;
-  if (const auto* spot = std::get_if<scene::SpotLight>(&light)) return spot->radius > 0;
-  if (const auto* distant = std::get_if<scene::DirectionalLight>(&light)) return distant->angular_radius_degrees > 0;
-  return true;
+/// Whether it takes as many samples as it is given.
+bool is_sampled(const scene::Light& light) {
+  return std::visit([](const auto& l) { return form_of(l) != scene::Form::point; }, light);
 }
 
 /// How many rays a camera ray becomes, itself included, where every surface reflects and transmits that much.
@@ -78,6 +76,31 @@ double rays_of_a_path(const JobRequest& request) {
   return tree > rampant ? tree : rays_with(either, 0, request.options);
 }
 
+/// With so many camera rays in each of so many places, and so many samples of each soft light.
+double work_of(const JobRequest& request, double places, int camera_rays, int shadow_samples) {
+  double light_samples = 0;
+  for (const scene::Light& light : request.scene.lights) light_samples += is_sampled(light) ? shadow_samples : 1;
+  return places * camera_rays * (1 + light_samples) * rays_of_a_path(request);
+}
+
+/// What the options bound work by: the numbers of samples; for a target, which may need them or not, those before the
+/// first look whether it is reached; and a budget of time.
+double bounded_work(const JobRequest& request, std::int64_t pixels) {
+  // Of each pixel eight, and some around a tile; of each light eight.
+  constexpr int first_camera_rays = 8, first_shadow_samples = 8;
+  const scene::Options& options = request.options;
+  const int most = options.target_error ? first_camera_rays : options.samples_per_pixel;
+  const int most_shadow = options.target_error ? first_shadow_samples : options.shadow_samples;
+  const double work = work_of(request, static_cast<double>(pixels), std::min(most, options.samples_per_pixel),
+                              std::min(most_shadow, options.shadow_samples));
+  if (!options.time_budget_s) return work;
+  // The first pass ends however long it takes: two rays for each tile.
+  constexpr int tile_edge = 32, rays_of_a_tile = 2;
+  const auto tiles = [](int pixels_of_edge) { return std::ceil(static_cast<double>(pixels_of_edge) / tile_edge); };
+  const double first = work_of(request, tiles(options.width) * tiles(options.height), rays_of_a_tile, 1);
+  return std::min(work, std::max(first, *options.time_budget_s * work_of_a_second));
+}
+
 std::size_t memory_of(const SceneSize& size, const JobRequest& request, std::int64_t pixels) {
   // Bytes, in doubles: what was read (kept while the scene is compiled), the compiled scene with its tree and, at the
   // same time, what the tree is built from.
@@ -110,12 +133,7 @@ CostEstimate estimate_cost(const JobRequest& request) {
   cost.triangles = size.triangles;
   cost.lights = request.scene.lights.size();
   cost.pixels = std::int64_t{request.options.width} * request.options.height;
-  double light_samples = 0;
-  for (const scene::Light& light : request.scene.lights) {
-    light_samples += is_soft(light) ? request.options.shadow_samples : 1;
-  }
-  cost.work = static_cast<double>(cost.pixels) * request.options.samples_per_pixel * (1 + light_samples) *
-              rays_of_a_path(request);
+  cost.work = bounded_work(request, cost.pixels);
   cost.memory_bytes = memory_of(size, request, cost.pixels);
   return cost;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "api/json_pointer.h"
+#include "api/nearest.h"
 
 namespace penumbra::api {
 
@@ -50,7 +51,7 @@ void Members::refuse_unknown() const {
   for (const JsonView member : object_.value()) {
     if (object_.errors().is_full()) return;
     if (std::find(known_.begin(), known_.end(), member.key()) != known_.end()) continue;
-    object_.fail_at(member.key(), "is not a known field");
+    object_.fail_at(member.key(), "is not a known field" + did_you_mean(member.key(), known_));
   }
 }
 

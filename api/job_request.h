@@ -34,11 +34,16 @@ struct JobRequest {
   scene::Options options;
 };
 
+/// As much as a core may do in one.
+inline constexpr double work_of_a_second = 1e8;
+
 /// Predicted before anything is rendered.
 struct CostEstimate {
   std::size_t primitives = 0, triangles = 0, lights = 0;
   std::int64_t pixels = 0;
-  double work = 0;  // pixels · samples_per_pixel · (1 + Σ samples of each light) · rays a camera ray can become
+  // pixels · samples_per_pixel · (1 + Σ samples of each light) · rays a camera ray can become; with a target_error the
+  // least that takes; no more than a time_budget_s allows: that of its first pass or, if more, work_of_a_second each
+  double work = 0;
   std::size_t memory_bytes = 0;  // scene, acceleration structure and film
 };
 

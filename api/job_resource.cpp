@@ -39,19 +39,20 @@ ordered_json shown_eta(const JobResource& job) {
 }
 
 ordered_json object_of(const render::Stats& stats) {
-  ordered_json skipped = ordered_json::object();
-  for (const auto& [name, count] : stats.skipped) skipped[name] = count;
-  return {{"build_s", stats.build_s},
-          {"render_s", stats.render_s},
-          {"encode_s", stats.encode_s},
-          {"rays",
-           {{"camera", stats.rays.camera},
-            {"shadow", stats.rays.shadow},
-            {"reflection", stats.rays.reflection},
-            {"transmission", stats.rays.transmission}}},
-          {"skipped", std::move(skipped)},
-          {"estimated_error", stats.estimated_error}};
+  // A member more, and this no longer compiles.
+  const auto& [build_s, render_s, encode_s, rays, skipped, estimated_error] = stats;
+  ordered_json rays_by_name = ordered_json::object(), skipped_by_name = ordered_json::object();
+  for (const auto& [name, count] : shading::by_name_of_ray(rays)) rays_by_name[name] = *count;
+  for (const auto& [name, count] : skipped) skipped_by_name[name] = count;
+  return {{"build_s", build_s},
+          {"render_s", render_s},
+          {"encode_s", encode_s},
+          {"rays", std::move(rays_by_name)},
+          {"skipped", std::move(skipped_by_name)},
+          {"estimated_error", estimated_error}};
 }
+
+std::string_view name_of(scene::ImageFormat format) { return format == scene::ImageFormat::png ? "png" : "exr"; }
 
 ordered_json object_of(const JobResource& job) {
   const std::string self = "/v1/jobs/" + job.id;
@@ -65,11 +66,18 @@ ordered_json object_of(const JobResource& job) {
           {"finished_at", or_null(job.finished_at, rfc3339)},
           {"error", or_null(job.error, parsed)},
           {"stats", or_null(job.stats, [](const render::Stats& stats) { return object_of(stats); })},
+          {"name", job.name},
+          {"width", or_null(job.shape, [](const ImageShape& shape) { return shape.width; })},
+          {"height", or_null(job.shape, [](const ImageShape& shape) { return shape.height; })},
+          {"format", or_null(job.shape, [](const ImageShape& shape) { return name_of(shape.format); })},
+          {"size_bytes", or_null(job.size_bytes, [](std::uint64_t bytes) { return bytes; })},
           {"links",
            {{"self", self},
             {"events", self + "/events"},
             {"image", self + "/image"},
             {"preview", self + "/preview"},
+            {"thumbnail", self + "/thumbnail"},
+            {"scene", self + "/scene"},
             {"cancel", self + "/cancel"}}}};
 }
 

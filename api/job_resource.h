@@ -8,6 +8,7 @@
 
 #include "api/problem.h"
 #include "engine/render/stats.h"
+#include "engine/scene/options.h"
 
 namespace penumbra::api {
 
@@ -18,6 +19,12 @@ enum class JobState { queued, running, succeeded, failed, canceled };
 inline bool is_final(JobState state) { return state != JobState::queued && state != JobState::running; }
 std::string_view name_of(JobState state);
 std::optional<JobState> job_state_of(std::string_view name);
+
+/// What the image of a job is or will be.
+struct ImageShape {
+  int width = 0, height = 0;  // pixels
+  scene::ImageFormat format = scene::ImageFormat::png;
+};
 
 /// The job as clients see it (contract section 4); links follow from the id.
 struct JobResource {
@@ -30,6 +37,9 @@ struct JobResource {
   std::optional<Time> started_at, finished_at;
   std::optional<Problem> error;  // only in failed
   std::optional<render::Stats> stats;
+  std::string name;                         // of the scene
+  std::optional<ImageShape> shape;          // nothing where an earlier version has not noted it
+  std::optional<std::uint64_t> size_bytes;  // of the image; only while it is kept
 };
 
 /// RFC 3339 in UTC with milliseconds: 2026-11-24T10:00:00.123Z

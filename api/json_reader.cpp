@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "api/json_pointer.h"
-#include "api/problem.h"
+#include "api/problems.h"
 
 namespace penumbra::api {
 
@@ -21,12 +21,8 @@ using Tag = JsonNode::Tag;
   const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
   const auto line = 1 + std::count(before.begin(), before.end(), '\n');
   const std::size_t column = before.size() - (before.rfind('\n') + 1) + 1;
-  throw InvalidBody({"/problems/not-json",
-                     "The body is not JSON",
-                     400,
-                     "byte " + std::to_string(byte) + " (line " + std::to_string(line) + ", column " +
-                         std::to_string(column) + "): " + reason,
-                     {}});
+  throw InvalidBody(not_json("byte " + std::to_string(byte) + " (line " + std::to_string(line) + ", column " +
+                             std::to_string(column) + "): " + reason));
 }
 
 /// The library's message without its prefix and without the text it echoes, which may be of any length.
@@ -257,14 +253,7 @@ std::string without_overflow(std::string_view given) {
 JsonDocument read_json(std::string_view text, const JsonBudget& budget) {
   // Offsets into a document are 32 bits wide.
   const std::size_t max_bytes = std::min<std::size_t>(budget.max_bytes, std::numeric_limits<std::uint32_t>::max() / 2);
-  if (text.size() > max_bytes) {
-    throw InvalidBody({"/problems/body-too-large",
-                       "The body is too large",
-                       413,
-                       "the body has " + std::to_string(text.size()) + " bytes; at most " + std::to_string(max_bytes) +
-                           " are allowed",
-                       {}});
-  }
+  if (text.size() > max_bytes) throw InvalidBody(body_too_large(text.size(), max_bytes));
   // The library would skip the one and take the other for the end of the text.
   if (text.substr(0, 3) == "\xEF\xBB\xBF") refuse_syntax(text, 1, "a byte order mark is not allowed");
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {

@@ -42,12 +42,12 @@ Vec3 read_up(Members& camera, const std::optional<Vec3>& direction) {
 std::optional<scene::ViewPlane> read_view_plane(const Field& field, bool is_distance_required) {
   Members members(field);
   scene::ViewPlane plane;
-  plane.width = members.required("width", number_in(positive)).value_or(plane.width);
-  plane.height = members.required("height", number_in(positive)).value_or(plane.height);
+  plane.width = members.required("width", number_in(any_length)).value_or(plane.width);
+  plane.height = members.required("height", number_in(any_length)).value_or(plane.height);
   if (is_distance_required) {
-    plane.distance = members.required("distance", number_in(positive)).value_or(plane.distance);
+    plane.distance = members.required("distance", number_in(any_length)).value_or(plane.distance);
   } else {
-    plane.distance = members.optional("distance", number_in(not_negative), plane.distance);
+    plane.distance = members.optional("distance", number_in(length_or_zero), plane.distance);
   }
   members.refuse_unknown();
   return plane;
@@ -56,8 +56,8 @@ std::optional<scene::ViewPlane> read_view_plane(const Field& field, bool is_dist
 std::optional<scene::Lens> read_lens(const Field& field) {
   Members members(field);
   scene::Lens lens;
-  lens.aperture_radius = members.required("aperture_radius", number_in(not_negative)).value_or(lens.aperture_radius);
-  lens.focus_distance = members.required("focus_distance", number_in(positive)).value_or(lens.focus_distance);
+  lens.aperture_radius = members.required("aperture_radius", number_in(length_or_zero)).value_or(lens.aperture_radius);
+  lens.focus_distance = members.required("focus_distance", number_in(any_length)).value_or(lens.focus_distance);
   members.refuse_unknown();
   return lens;
 }

@@ -7,6 +7,7 @@
 #include "api/json_reader.h"
 #include "api/parse_options.h"
 #include "api/parse_scene.h"
+#include "api/problems.h"
 
 namespace penumbra::api {
 
@@ -65,8 +66,9 @@ std::string in_words(double value) {
 void check_cost(const CostEstimate& cost, const Limits& limits, ErrorList& errors) {
   if (cost.work > limits.max_work) {
     errors.add("/options",
-               "the predicted work (pixels, times samples, times light samples, times rays a camera ray can become) "
-               "must be at most " +
+               "the predicted work (pixels, times samples, times light samples, times rays a camera ray can become; at "
+               "most " +
+                   in_words(work_of_a_second) + " for each second of a time budget) must be at most " +
                    in_words(limits.max_work) + "; it is " + in_words(cost.work));
   }
   if (cost.memory_bytes > limits.max_memory_bytes) {

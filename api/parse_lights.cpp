@@ -1,5 +1,7 @@
 #include "api/parse_lights.h"
 
+#include <variant>
+
 #include "api/values.h"
 
 namespace penumbra::api {
@@ -30,7 +32,7 @@ PointLike read_point_like(Members& members) {
   light.position = members.required("position", read_point).value_or(light.position);
   light.intensity = read_intensity(members);
   light.attenuation = members.optional("attenuation", read_attenuation, light.attenuation);
-  light.radius = members.optional("radius", number_in(not_negative), light.radius);
+  light.radius = members.optional("radius", number_in(length_or_zero), light.radius);
   return light;
 }
 
@@ -59,7 +61,7 @@ scene::Light read_directional_light(Members& members) {
 scene::Light read_rectangle_light(Members& members) {
   scene::RectangleLight light;
   light.corner = members.required("corner", read_point).value_or(light.corner);
-  const auto edge_u = members.required("edge_u", read_direction), edge_v = members.required("edge_v", read_direction);
+  const auto edge_u = members.required("edge_u", read_edge), edge_v = members.required("edge_v", read_edge);
   light.radiance = read_intensity(members);
   constexpr double smallest_sine = 1e-9;
   if (edge_u && edge_v && sine_between(*edge_u, *edge_v) < smallest_sine) {
@@ -73,17 +75,18 @@ scene::Light read_rectangle_light(Members& members) {
 scene::Light read_sphere_light(Members& members) {
   scene::SphereLight light;
   light.center = members.required("center", read_point).value_or(light.center);
-  light.radius = members.required("radius", number_in(positive)).value_or(light.radius);
+  light.radius = members.required("radius", number_in(any_length)).value_or(light.radius);
   light.radiance = read_intensity(members);
   return light;
 }
 
-using Reader = scene::Light (*)(Members&);
-constexpr std::array readers{std::pair{std::string_view("point"), Reader{read_point_light}},
-                             std::pair{std::string_view("spot"), Reader{read_spot_light}},
-                             std::pair{std::string_view("directional"), Reader{read_directional_light}},
-                             std::pair{std::string_view("rectangle"), Reader{read_rectangle_light}},
-                             std::pair{std::string_view("sphere"), Reader{read_sphere_light}}};
+using LightReader = scene::Light (*)(Members&);
+constexpr std::array light_readers{std::pair{std::string_view("point"), LightReader{read_point_light}},
+                                   std::pair{std::string_view("spot"), LightReader{read_spot_light}},
+                                   std::pair{std::string_view("directional"), LightReader{read_directional_light}},
+                                   std::pair{std::string_view("rectangle"), LightReader{read_rectangle_light}},
+                                   std::pair{std::string_view("sphere"), LightReader{read_sphere_light}}};
+static_assert(light_readers.size() == std::variant_size_v<scene::Light>, "a kind of light has no reader");
 
 }  // namespace
 
@@ -91,7 +94,7 @@ std::vector<scene::Light> read_lights(const Field& field) {
   std::vector<scene::Light> lights;
   for_each_element(field, [&](const Field& element) {
     Members members(element);
-    const std::optional<Reader> read = members.required("type", one_of(readers));
+    const std::optional<LightReader> read = members.required("type", one_of(light_readers));
     if (!read) return;
     lights.push_back((*read)(members));
     members.refuse_unknown();

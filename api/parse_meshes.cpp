@@ -30,8 +30,8 @@ std::optional<std::vector<std::array<Value, 3>>> read_triples(const Field& field
   return triples;
 }
 
-std::optional<std::vector<Vec3>> read_vectors(const Field& field) {
-  const auto triples = read_triples<double>(field, number_in(any_number));
+std::optional<std::vector<Vec3>> read_vectors(const Field& field, const Range& range) {
+  const auto triples = read_triples<double>(field, number_in(range));
   if (!triples) return std::nullopt;
   std::vector<Vec3> vectors(triples->size());
   std::transform(triples->begin(), triples->end(), vectors.begin(), [](const std::array<double, 3>& triple) {
@@ -53,11 +53,9 @@ std::optional<std::vector<std::array<std::uint32_t, 3>>> read_indices(const Fiel
   });
 }
 
+/// Some may be zero: the geometric one stands in for them.
 std::vector<Vec3> read_normals(const Field& field, std::optional<std::size_t> positions) {
-  std::vector<Vec3> normals = read_vectors(field).value_or(std::vector<Vec3>{});
-  for (std::size_t i = 0; i < normals.size() && !field.errors().is_full(); ++i) {
-    if (normals[i] == Vec3{}) field.fail_at(std::to_string(3 * i), "begins a normal that is zero");
-  }
+  std::vector<Vec3> normals = read_vectors(field, any_number).value_or(std::vector<Vec3>{});
   if (!normals.empty() && positions && normals.size() != *positions) {
     field.fail("must have as many numbers as positions: " + std::to_string(3 * *positions));
   }
@@ -68,7 +66,7 @@ std::vector<Vec3> read_normals(const Field& field, std::optional<std::size_t> po
 
 scene::Mesh read_mesh(Members& members) {
   scene::Mesh mesh;
-  auto positions = members.required("positions", read_vectors);
+  auto positions = members.required("positions", [](const Field& f) { return read_vectors(f, coordinate); });
   const auto count = positions ? std::optional(positions->size()) : std::nullopt;
   auto triangles = members.required("indices", [count](const Field& indices) { return read_indices(indices, count); });
   if (const std::optional<Field> normals = members.optional("normals")) mesh.normals = read_normals(*normals, count);
@@ -81,7 +79,13 @@ void Meshes::add(std::string_view name, const Field& field) {
   Members members(field);
   named_.emplace(name, scene::MeshId{static_cast<std::uint32_t>(meshes_.size())});
   meshes_.push_back(read_mesh(members));
+  reaches_.push_back(api::reach_of(meshes_.back().positions));
   members.refuse_unknown();
+}
+
+Reach Meshes::reach_of(scene::MeshId mesh) const {
+  const auto index = static_cast<std::size_t>(mesh);
+  return index < reaches_.size() ? reaches_[index] : Reach{};  // the use of an unknown name was reported
 }
 
 std::optional<scene::MeshId> Meshes::read_use(const Field& field) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "api/fields.h"
+#include "api/reach.h"
 #include "engine/scene/shapes.h"
 
 namespace penumbra::api {
@@ -22,11 +23,14 @@ class Meshes {
   /// Reads an instance's `mesh`; a name that no mesh has is reported.
   std::optional<scene::MeshId> read_use(const Field& field) const;
 
+  Reach reach_of(scene::MeshId mesh) const;
+
   const std::vector<scene::Mesh>& all() const { return meshes_; }
   std::vector<scene::Mesh> take() { return std::move(meshes_); }
 
  private:
   std::vector<scene::Mesh> meshes_;
+  std::vector<Reach> reaches_;  // by mesh
   std::map<std::string_view, scene::MeshId> named_;
 };
 

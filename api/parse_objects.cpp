@@ -1,6 +1,9 @@
 #include "api/parse_objects.h"
 
+#include <variant>
+
 #include "api/polygon_rules.h"
+#include "api/reach.h"
 #include "api/values.h"
 
 namespace penumbra::api {
@@ -25,7 +28,7 @@ Vec3 read_required_direction(Members& members, std::string_view name) {
   return members.required(name, read_direction).value_or(Vec3{0, 0, 1});
 }
 
-double read_radius(Members& members) { return members.required("radius", number_in(positive)).value_or(1); }
+double read_radius(Members& members) { return members.required("radius", number_in(any_length)).value_or(1); }
 
 scene::Shape read_sphere(Work& work) {
   return scene::Sphere{read_required_point(work.members, "center"), read_radius(work.members)};
@@ -92,7 +95,7 @@ scene::Shape read_cylinder(Work& work) {
   cylinder.point = read_required_point(work.members, "point");
   cylinder.direction = read_required_direction(work.members, "direction");
   cylinder.radius = read_radius(work.members);
-  cylinder.height = work.members.required("height", number_in(positive)).value_or(cylinder.height);
+  cylinder.height = work.members.required("height", number_in(any_length)).value_or(cylinder.height);
   cylinder.caps = work.members.optional("caps", read_boolean, cylinder.caps);
   return cylinder;
 }
@@ -103,12 +106,11 @@ scene::Shape read_mesh_object(Work& work) { return read_mesh(work.members); }
 std::optional<Affine> read_placed_transform(const Field& field, const Affine& placement) {
   const std::optional<Affine> transform = read_transform(field);
   if (!transform) return std::nullopt;
-  const Affine placed = placement * *transform;
-  const double largest =
-      std::max(std::max(max_component(abs(placed.column[0])), max_component(abs(placed.column[1]))),
-               std::max(max_component(abs(placed.column[2])), max_component(abs(placed.translation))));
-  if (!(largest <= largest_magnitude) || !is_invertible(placed)) {
-    field.fail("must stay invertible and below 1e100 when the transforms of the groups around it are applied");
+  const Affine after = placement * *transform;
+  const double largest = std::max(std::max(max_component(abs(after.column[0])), max_component(abs(after.column[1]))),
+                                  std::max(max_component(abs(after.column[2])), max_component(abs(after.translation))));
+  if (!(largest <= largest_length) || !is_invertible(after)) {
+    field.fail("must stay invertible and below 1e30 when the transforms of the groups around it are applied");
     return std::nullopt;
   }
   return transform;
@@ -136,20 +138,34 @@ scene::Shape read_group(Work& work) {
   return group;
 }
 
-using Reader = scene::Shape (*)(Work&);
-constexpr std::array readers{std::pair{std::string_view("sphere"), Reader{read_sphere}},
-                             std::pair{std::string_view("plane"), Reader{read_plane}},
-                             std::pair{std::string_view("triangle"), Reader{read_triangle}},
-                             std::pair{std::string_view("polygon"), Reader{read_polygon}},
-                             std::pair{std::string_view("tube"), Reader{read_tube}},
-                             std::pair{std::string_view("cylinder"), Reader{read_cylinder}},
-                             std::pair{std::string_view("mesh"), Reader{read_mesh_object}},
-                             std::pair{std::string_view("instance"), Reader{read_instance}},
-                             std::pair{std::string_view("group"), Reader{read_group}}};
+using ObjectReader = scene::Shape (*)(Work&);
+constexpr std::array object_readers{std::pair{std::string_view("sphere"), ObjectReader{read_sphere}},
+                                    std::pair{std::string_view("plane"), ObjectReader{read_plane}},
+                                    std::pair{std::string_view("triangle"), ObjectReader{read_triangle}},
+                                    std::pair{std::string_view("polygon"), ObjectReader{read_polygon}},
+                                    std::pair{std::string_view("tube"), ObjectReader{read_tube}},
+                                    std::pair{std::string_view("cylinder"), ObjectReader{read_cylinder}},
+                                    std::pair{std::string_view("mesh"), ObjectReader{read_mesh_object}},
+                                    std::pair{std::string_view("instance"), ObjectReader{read_instance}},
+                                    std::pair{std::string_view("group"), ObjectReader{read_group}}};
+static_assert(object_readers.size() == std::variant_size_v<scene::Shape>, "a shape has no reader");
 
 scene::MaterialId read_object_material(Members& members, Materials& materials) {
   const std::optional<Field> use = members.optional("material");
   return use ? materials.read_use(*use) : materials.of_no_material();
+}
+
+/// Refuses what is too far, too large or too small to be rendered right.
+void check_reach(const scene::Shape& shape, const Work& work) {
+  Reach own = reach_of(shape);
+  Affine placement = work.placement;
+  if (const auto* instance = std::get_if<scene::Instance>(&shape)) {
+    own = work.context.meshes.reach_of(instance->mesh);
+    placement = placement * instance->transform;
+  }
+  if (own.is_within_limits() && placed(own, placement).is_within_limits()) return;
+  work.members.object().fail(
+      "must not reach beyond 1e30, nor be smaller than 1e-30, also with the transforms around it applied");
 }
 
 // As deep as the body's nesting, which the reader bounds.
@@ -158,10 +174,11 @@ std::vector<scene::Object> read_list(const Field& field, ObjectContext& context,
   std::vector<scene::Object> objects;
   for_each_element(field, [&](const Field& element) {
     Members members(element);
-    const std::optional<Reader> read = members.required("type", one_of(readers));
+    const std::optional<ObjectReader> read = members.required("type", one_of(object_readers));
     if (!read) return;
     Work work{members, context, placement};
     scene::Object object{(*read)(work), {}};
+    check_reach(object.shape, work);
     const bool has_material = !std::holds_alternative<scene::Group>(object.shape);
     if (has_material) object.material = read_object_material(members, context.materials);
     members.refuse_unknown();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "api/nearest.h"
 #include "api/values.h"
 
 namespace penumbra::api {
@@ -53,7 +54,7 @@ class Choices {
     members_.refuse_unknown();
     for (const Override& given : overrides_) {
       if (std::find(known_.begin(), known_.end(), given.name) != known_.end()) continue;
-      options_.fail_at(given.name, "is not a known option");
+      options_.fail_at(given.name, "is not a known option" + did_you_mean(given.name, known_));
     }
   }
 
@@ -81,6 +82,7 @@ scene::Options read_options(const Field& field, const std::vector<Override>& ove
   constexpr double longest_s = 1e9;
   constexpr Range unit{0, 1};
   constexpr Range budgets{smallest_positive, longest_s};
+  constexpr Range exposures{-100, 100};
   constexpr Range intervals{0, 3600};
   const auto edge = integer_in(1, limits.max_edge_pixels);
   const auto samples = integer_in(1, limits.max_samples);
@@ -96,6 +98,7 @@ scene::Options read_options(const Field& field, const std::vector<Override>& ove
   options.threads = choices.read("threads", threads, options.threads);
   options.acceleration = choices.read("acceleration", one_of(accelerations), options.acceleration);
   options.seed = choices.read("seed", read_unsigned, options.seed);
+  options.exposure = choices.read("exposure", number_in(exposures), options.exposure);
   options.transfer = choices.read("transfer", one_of(transfers), options.transfer);
   options.format = choices.read("format", one_of(formats), options.format);
   options.bit_depth = choices.read("bit_depth", read_bit_depth, options.bit_depth);

@@ -92,11 +92,11 @@ std::optional<PolygonFault> polygon_fault(std::span<const Vec3> vertices) {
   math::Bounds bounds;
   for (const Vec3& vertex : vertices) bounds.include(vertex);
   // Everything below is relative to the polygon's size.
-  const Vec3 centre = bounds.centre();
+  const Vec3 center = bounds.center();
   const double size = max_component(bounds.extent());
   std::vector<Vec3> scaled(n);
   std::transform(vertices.begin(), vertices.end(), scaled.begin(), [&](const Vec3& v) {
-    return Vec3{(v.x - centre.x) / size, (v.y - centre.y) / size, (v.z - centre.z) / size};
+    return Vec3{(v.x - center.x) / size, (v.y - center.y) / size, (v.z - center.z) / size};
   });
 
   const Vec3 area = area_vector(scaled);

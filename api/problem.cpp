@@ -4,13 +4,6 @@
 
 namespace penumbra::api {
 
-Problem invalid_job(std::vector<FieldError> errors) {
-  const FieldError& first = errors.front();
-  std::string detail = (first.pointer.empty() ? "the body" : first.pointer) + ": " + first.detail;
-  if (errors.size() > 1) detail += " (and " + std::to_string(errors.size() - 1) + " more)";
-  return {"/problems/invalid-scene", "The job is invalid", 422, std::move(detail), std::move(errors)};
-}
-
 std::string to_json(const Problem& problem) {
   using nlohmann::ordered_json;
   ordered_json json{

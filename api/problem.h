@@ -14,8 +14,8 @@ struct FieldError {
   bool operator==(const FieldError&) const = default;
 };
 
-/// RFC 9457 problem details. `type` is a relative URI reference such as "/problems/invalid-scene"; `title` is fixed per
-/// type. `errors` holds at most 100 entries.
+/// RFC 9457 problem details, made in problems.h. `type` is a relative URI reference such as "/problems/invalid-scene";
+/// `errors` holds at most 100 entries.
 struct Problem {
   std::string type = "about:blank";
   std::string title;
@@ -29,9 +29,6 @@ std::string to_json(const Problem& problem);
 
 /// How many entries `errors` may have.
 inline constexpr std::size_t max_field_errors = 100;
-
-/// The 422 problem that lists `errors`; they must not be empty.
-Problem invalid_job(std::vector<FieldError> errors);
 
 /// A body that cannot become a job: status 400 when it is not JSON, 422 when it is understood but invalid or over a
 /// limit, 413 when it is larger than allowed. The one exception api/ throws.

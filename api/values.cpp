@@ -21,7 +21,9 @@ std::string complaint(double value, const Range& range) {
   if (!(value <= largest_magnitude && value >= -largest_magnitude)) {
     return "must not be larger than 1e100 in magnitude";
   }
-  if (range.lower == smallest_positive && value <= 0) return "must be greater than 0";
+  if (range.or_zero && value == 0) return {};
+  if (range.or_zero && value < range.lower) return "must be 0, or at least " + text_of(range.lower);
+  if (range.lower > 0 && value <= 0) return "must be greater than 0";
   if (value < range.lower || (range.is_lower_open && value == range.lower))
     return (range.is_lower_open ? "must be greater than " : "must be at least ") + text_of(range.lower);
   if (value > range.upper || (range.is_upper_open && value == range.upper))
@@ -104,16 +106,31 @@ std::optional<std::array<double, 3>> read_three(const Field& field, const Range&
   return read_numbers<3>(field, range, "an array of 3 numbers");
 }
 
-std::optional<Vec3> read_point(const Field& field) {
-  const auto values = read_three(field);
+namespace {
+
+std::optional<Vec3> read_vector(const Field& field, const Range& range) {
+  const auto values = read_three(field, range);
   if (!values) return std::nullopt;
   return Vec3{(*values)[0], (*values)[1], (*values)[2]};
 }
 
+}  // namespace
+
+std::optional<Vec3> read_point(const Field& field) { return read_vector(field, coordinate); }
+
 std::optional<Vec3> read_direction(const Field& field) {
-  const std::optional<Vec3> vector = read_point(field);
+  const std::optional<Vec3> vector = read_vector(field, any_number);
   if (vector && *vector == Vec3{}) {
     field.fail("must not be zero");
+    return std::nullopt;
+  }
+  return vector;
+}
+
+std::optional<Vec3> read_edge(const Field& field) {
+  const std::optional<Vec3> vector = read_vector(field, coordinate);
+  if (vector && math::length(*vector) < smallest_length) {
+    field.fail(*vector == Vec3{} ? "must not be zero" : "must not be shorter than 1e-30");
     return std::nullopt;
   }
   return vector;
@@ -142,13 +159,16 @@ std::optional<math::Affine> read_transform(const Field& field) {
   const auto values = read_numbers<16>(field, any_number, "an array of 16 numbers, column-major");
   if (!values) return std::nullopt;
   const std::array<double, 16>& m = *values;
-  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
-    field.fail("must be affine: elements 3, 7, 11 and 15 must be 0, 0, 0 and 1");
+  // Products of matrices, as programs write them, are off by rounding.
+  constexpr double rounding = 1e-6;
+  const double off = std::max({std::fabs(m[3]), std::fabs(m[7]), std::fabs(m[11])});
+  if (off > rounding || m[15] < 1 - rounding || m[15] > 1 + rounding) {
+    field.fail("must be affine: elements 3, 7, 11 and 15 must be 0, 0, 0 and 1, to 1e-6");
     return std::nullopt;
   }
   const math::Affine transform{{{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}}, {m[12], m[13], m[14]}};
   if (!is_invertible(transform)) {
-    field.fail("must be invertible, with a condition number of at most 1e12");
+    field.fail("must be invertible (no scale is 0), with a condition number of at most 1e12");
     return std::nullopt;
   }
   return transform;

@@ -21,15 +21,23 @@ inline constexpr double largest_magnitude = 1e100;
 /// What must be greater than 0 is at least this, so that its square does not vanish.
 inline constexpr double smallest_positive = 1e-100;
 
+/// Coordinates of points, and lengths that are not zero: beyond these, products of eight of them – which soft shadows
+/// take – leave the range of double.
+inline constexpr double largest_length = 1e30, smallest_length = 1e-30;
+
 /// Which numbers are allowed; the bounds belong to it unless they are said to be open.
 struct Range {
   double lower = -largest_magnitude, upper = largest_magnitude;
   bool is_lower_open = false, is_upper_open = false;
+  bool or_zero = false;
 };
 
 inline constexpr Range any_number{};
 inline constexpr Range not_negative{0};
 inline constexpr Range positive{smallest_positive};
+inline constexpr Range coordinate{-largest_length, largest_length};
+inline constexpr Range any_length{smallest_length, largest_length};
+inline constexpr Range length_or_zero{smallest_length, largest_length, false, false, true};
 
 /// Readers: each returns the value, or reports what is wrong and returns nothing.
 std::optional<double> read_number(const Field& field, const Range& range = any_number);
@@ -41,11 +49,13 @@ std::optional<std::string_view> read_string(const Field& field);
 /// Exactly `count` numbers.
 std::optional<std::array<double, 3>> read_three(const Field& field, const Range& range = any_number);
 std::optional<math::Vec3> read_point(const Field& field);
-/// A vector that is not zero.
+/// A vector that is not zero, whose length does not matter.
 std::optional<math::Vec3> read_direction(const Field& field);
+/// A vector whose length does matter.
+std::optional<math::Vec3> read_edge(const Field& field);
 /// [r, g, b] or one number for grey; each from 0 to `upper`.
 std::optional<math::Color> read_color(const Field& field, double upper = largest_magnitude);
-/// 16 numbers, column-major, affine and invertible.
+/// 16 numbers, column-major, affine (to rounding) and invertible.
 std::optional<math::Affine> read_transform(const Field& field);
 
 /// Whether `transform` can be inverted without losing more than 12 of a double's 16 digits.

@@ -1,37 +1,23 @@
-#include <CLI/CLI.hpp>
-#include <exception>
-#include <iostream>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include "server/cli/command.h"
-#include "server/cli/input.h"
+#include "server/cli/program.h"
 
-// Only a mistake in the flags' definitions throws outside the try blocks. NOLINTNEXTLINE(bugprone-exception-escape)
+namespace {
+
+/// Opens what is closed of the standard streams, on nothing: the next file to be opened would take its place, and get
+/// what is meant for people.
+bool fill_standard_streams() {
+  int descriptor = 0;
+  while (descriptor >= 0 && descriptor <= 2) descriptor = ::open("/dev/null", O_RDWR);
+  if (descriptor > 2) ::close(descriptor);
+  return descriptor > 2;
+}
+
+}  // namespace
+
+// Only a mistake in the flags' definitions throws. NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
-  using namespace penumbra::cli;
-  CLI::App program("Penumbra: a render server with exact soft shadows", "penumbra");
-  program.set_version_flag("--version", "penumbra " PENUMBRA_VERSION);
-  program.require_subcommand(1);
-  program.footer("Every flag has a twin in the environment: --max-body is PENUMBRA_MAX_BODY.");
-  const Command commands[] = {add_serve(program), add_render(program), add_validate(program), add_worker(program),
-                              add_key(program)};
-  try {
-    program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? status_done : status_unusable;
-  }
-  try {
-    for (const Command& command : commands) {
-      if (!command.app->parsed()) continue;
-      const int status = command.run();
-      if (std::cout.flush()) return status;
-      std::cerr << "penumbra: standard output cannot be written\n";
-      return status_failed;
-    }
-  } catch (const UnusableArgument& error) {
-    std::cerr << "penumbra: " << error.what() << "\n";
-    return status_unusable;
-  } catch (const std::exception& error) {
-    std::cerr << "penumbra: " << error.what() << "\n";
-  }
-  return status_failed;
+  return fill_standard_streams() ? penumbra::cli::run(argc, argv) : penumbra::cli::status_failed;
 }

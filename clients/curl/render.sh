@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # render.sh JOB.json|- PICTURE.png
-# Renders and waits. Interrupting it cancels the job. PENUMBRA_URL names the server (default http://127.0.0.1:8080).
+# Renders and waits. Interrupting it cancels the job. PENUMBRA_URL names the server (default http://127.0.0.1:8080), PENUMBRA_KEY
+# is the key where it asks for one.
 # Exit status: 0 done, 1 refused or failed, 2 wrong arguments, 3 no server.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"

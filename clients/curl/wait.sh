@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # wait.sh ID [PICTURE]
 # Shows the percentage until the job is over, then fetches the picture. PENUMBRA_URL names the server (default
-# http://127.0.0.1:8080). Exit status: 0 succeeded, 1 failed, canceled or unknown, 2 wrong arguments, 3 no server.
+# http://127.0.0.1:8080), PENUMBRA_KEY is the key where it asks for one. Exit status: 0 succeeded, 1 failed, canceled or unknown, 2 wrong arguments, 3 no server.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 [[ ${1-} == --help ]] && { usage; exit 0; }
@@ -22,7 +22,7 @@ follow() { # until the job is over, or the stream
         [[ $state == progress ]] || return 0
         ;;
     esac
-  done < <(curl -sSN "$url/v1/jobs/$1/events")
+  done < <(call -N "$url/v1/jobs/$1/events")
   return 1
 }
 until follow "$1"; do

@@ -34,7 +34,7 @@ def quad(a, b, c, d, material):
 
 
 def box(x, y, z, w, h, d, material):
-    """From its base's centre, faces counter-clockwise from outside."""
+    """From its base's center, faces counter-clockwise from outside."""
     l, r, f, b, t = x - w / 2, x + w / 2, z + d / 2, z - d / 2, y + h
     return {"type": "group", "objects": [
         quad([l, y, f], [r, y, f], [r, t, f], [l, t, f], material), quad([r, y, b], [l, y, b], [l, t, b], [r, t, b], material),

@@ -1,72 +1,75 @@
-// Calls of the server, with a key where it asks for one. A key is kept as long as the tab is open.
-const storage = 'penumbra-key';
+// Calls of the server: relative to the page, for a proxy may have put it below a path of its own, and with a key where it
+// asks for one. A key is kept as long as the tab is open.
+import {folder, tabStorage} from './kept.js';
 
-export const key = () => sessionStorage.getItem(storage) ?? '';
+/// A path of the server, "/v1/…", as it is reached from here.
+export const addressOf = path => new URL(path.replace(/^\/+/, ''), folder).href;
 
+export const key = () => tabStorage.read('key') ?? '';
+
+/// False when no key can look like this: a header field takes visible ASCII alone.
 export function setKey(text) {
-  if (text) sessionStorage.setItem(storage, text);
-  else sessionStorage.removeItem(storage);
+  if (!/^[\x21-\x7e]+$/.test(text)) return false;
+  tabStorage.write('key', text);
+  return true;
 }
 
-/// fetch, with the key.
-export function call(path, options = {}) {
+/// An answer of 4xx or 5xx.
+export class Refusal extends Error {
+  constructor(answer, problem) {
+    super(problem.title ?? answer.statusText);
+    this.status = answer.status;
+    this.problem = problem;
+    this.retryAfterMs = 1000 * Number(answer.headers.get('Retry-After')) || 0;
+  }
+}
+
+/// The answer, or a Refusal. A TypeError is fetch's way to say that there is no server.
+export async function call(path, options = {}) {
   const headers = key() ? {...options.headers, Authorization: `Bearer ${key()}`} : options.headers;
-  return fetch(path, {...options, headers});
+  const answer = await fetch(addressOf(path), {...options, headers});
+  if (answer.status < 400) return answer;
+  const fallback = {title: `The server answered ${answer.status} ${answer.statusText}`, status: answer.status};
+  throw new Refusal(answer, {...fallback, ...await answer.json().catch(() => ({}))});
 }
 
-/// What an <img> or a link can load: the path itself, or the bytes where a key is needed, for neither can send one.
-export async function urlOf(path) {
-  if (!key()) return path;
-  const answer = await call(path);
-  if (!answer.ok) throw new Error(answer.statusText);
-  return URL.createObjectURL(await answer.blob());
-}
+/// What a proxy says of a server that is away, and what the server says while it starts or stops.
+export const isAway = error => !(error instanceof Refusal) || [502, 503, 504].includes(error.status);
 
-/// An EventSource, or where a key is needed something like it: the events of `names` go to `onEvent(name, data)`, the
-/// loss of the stream to `onLost(isOver)`, after which it is asked for again unless it is over.
-export function follow(path, names, onEvent, onLost) {
-  if (key()) return new KeyedEvents(path, names, onEvent, onLost);
-  const events = new EventSource(path);
-  for (const name of names) events.addEventListener(name, event => onEvent(name, event.data));
-  events.addEventListener('error', () => onLost(events.readyState === EventSource.CLOSED));
-  return events;
-}
+export const pause = (ms, signal) => new Promise((resolve, reject) => {
+  signal?.throwIfAborted();
+  const timer = setTimeout(resolve, ms);
+  signal?.addEventListener('abort', () => { clearTimeout(timer); reject(signal.reason); }, {once: true});
+});
 
-class KeyedEvents {
-  constructor(path, names, onEvent, onLost) {
-    this.aborter = new AbortController();
-    this.lastId = '';
-    this.run(path, names, onEvent, onLost);
-  }
-
-  close() {
-    this.aborter.abort();
-  }
-
-  async run(path, names, onEvent, onLost) {
-    const {signal} = this.aborter;
-    while (!signal.aborted) {
-      try {
-        const answer = await call(path, {signal, headers: this.lastId ? {'Last-Event-ID': this.lastId} : {}});
-        if (answer.status !== 200) return onLost(true);
-        const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
-        for (let text = '', part = await reader.read(); !part.done; part = await reader.read()) {
-          const events = (text + part.value).split('\n\n');
-          text = events.pop();
-          for (const event of events) this.tell(event, names, onEvent);
-        }
-      } catch {
-        // The network failed, or this was closed.
-      }
-      if (signal.aborted) return;
-      onLost(false);
-      await new Promise(resolve => setTimeout(resolve, 1000));
+/// The same, but a server that is away is asked again until it answers. `onWait(error)` hears of each time;
+/// `isWorthWaiting(error)` says for what besides.
+export async function callPatiently(path, {onWait, isWorthWaiting = isAway, ...options} = {}) {
+  for (let waitMs = 1000;; waitMs = Math.min(2 * waitMs, 8000)) {
+    try {
+      return await call(path, options);
+    } catch (error) {
+      if (options.signal?.aborted || !isWorthWaiting(error)) throw error;
+      onWait?.(error);
+      await pause(error.retryAfterMs || waitMs, options.signal);
     }
   }
+}
 
-  tell(event, names, onEvent) {
-    const fields = Object.fromEntries(event.split('\n').filter(line => !line.startsWith(':')).map(line => line.split(/: (.*)/s, 2)));
-    if (fields.id) this.lastId = fields.id;
-    if (names.includes(fields.event)) onEvent(fields.event, fields.data);
-  }
+/// For what is only read, too many requests are no refusal.
+export const readPatiently = (path, options) =>
+  callPatiently(path, {isWorthWaiting: error => isAway(error) || error.status === 429, ...options});
+
+/// What an <img> or a link can load: the address itself, or the bytes where a key is needed, for neither can send one.
+export async function urlOf(path) {
+  return key() ? bytesOf(path) : addressOf(path);
+}
+
+/// The bytes as they are now, whatever the browser has kept.
+export async function bytesOf(path) {
+  return URL.createObjectURL(await (await call(path)).blob());
+}
+
+export function forget(url) {
+  if (url?.startsWith('blob:')) URL.revokeObjectURL(url);
 }

@@ -1,10 +1,12 @@
 #include "engine/accel/binning.h"
 
+#include "engine/math/constants.h"
+
 namespace penumbra::accel {
 namespace {
 
-/// As Reference::doubled_centre; nothing in the spare lane, where arithmetic on what is no number would be slow.
-Floats doubled_centre(const Reference& r) {
+/// As Reference::doubled_center; nothing in the spare lane, where arithmetic on what is no number would be slow.
+Floats doubled_center(const Reference& r) {
   constexpr Integers used{-1, -1, -1, 0};
   const auto kept = [&](Floats v) { return std::bit_cast<Floats>(std::bit_cast<Integers>(v) & used); };
   return kept(r.box.lower) - kept(r.box.minus_upper);
@@ -25,14 +27,14 @@ Floats half_areas(const Box* side) {
 
 Extent extent_of(Range range) {
   Extent extent;
-  Box box, centres;
+  Box box, centers;
   for (const Reference& r : range) {
     box.include(r.box);
-    const Floats c = doubled_centre(r);
-    centres.include({c, -c});
+    const Floats c = doubled_center(r);
+    centers.include({c, -c});
     extent.others += r.shape() == Shape::other ? 1 : 0;
   }
-  extent.box = box, extent.centres = centres;
+  extent.box = box, extent.centers = centers;
   return extent;
 }
 
@@ -47,7 +49,7 @@ Bins bins_of(Range range, const Binning& binning) {
   Bins bins;
   constexpr float last = bin_count - 1;
   for (const Reference& r : range) {
-    const Floats x = (doubled_centre(r) - binning.lower) * binning.scale;
+    const Floats x = (doubled_center(r) - binning.lower) * binning.scale;
     const auto bin = __builtin_convertvector(min(x, Floats{last, last, last, last}), Integers);
     for (int axis = 0; axis < 3; ++axis) {
       bins.box[bin[axis]][axis].include(r.box);
@@ -58,7 +60,7 @@ Bins bins_of(Range range, const Binning& binning) {
 }
 
 Split best_split(const Bins& bins) {
-  constexpr Floats never{HUGE_VALF, HUGE_VALF, HUGE_VALF, HUGE_VALF};
+  constexpr Floats never{math::float_infinity, math::float_infinity, math::float_infinity, math::float_infinity};
   Box side[3];
   Integers entries{};
   const auto cost_with = [&](std::size_t bin) {
@@ -95,7 +97,7 @@ std::size_t partition(std::span<const Reference> range, const Binning& binning, 
   std::size_t left = 0, right = left_count;
   for (const Reference& r : range) {
     // As a mask, since a branch on it would be as good as random.
-    const std::size_t is_left = (r.doubled_centre(split.axis) - lower) * scale < middle ? ~std::size_t{0} : 0;
+    const std::size_t is_left = (r.doubled_center(split.axis) - lower) * scale < middle ? ~std::size_t{0} : 0;
     Box& box = to[right ^ ((right ^ left) & is_left)].box;
     box.lower = r.box.lower, box.minus_upper = r.box.minus_upper;
     left -= is_left, right += 1 + is_left;

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include "engine/math/constants.h"
+
 namespace penumbra::accel {
 
 /// What the builder of a wide tree bins, and how it chooses splits: Wald, "On fast Construction of SAH-based Bounding
@@ -20,7 +22,7 @@ inline Floats min(Floats a, Floats b) { return a < b ? a : b; }
 
 /// The box of lower corner and negated upper corner: including is a minimum. The fourth lane of each is spare.
 struct Box {
-  Floats lower{HUGE_VALF, HUGE_VALF, HUGE_VALF, 0}, minus_upper = lower;
+  Floats lower{math::float_infinity, math::float_infinity, math::float_infinity, 0}, minus_upper = lower;
 
   void include(const Box& box) { lower = min(box.lower, lower), minus_upper = min(box.minus_upper, minus_upper); }
   float width(int axis) const { return -minus_upper[axis] - lower[axis]; }
@@ -32,16 +34,16 @@ struct Reference {
   Box box;
   std::uint32_t index() const { return std::bit_cast<std::uint32_t>(box.lower[3]); }
   Shape shape() const { return static_cast<Shape>(std::bit_cast<std::uint32_t>(box.minus_upper[3])); }
-  float doubled_centre(int axis) const { return box.lower[axis] - box.minus_upper[axis]; }
+  float doubled_center(int axis) const { return box.lower[axis] - box.minus_upper[axis]; }
 };
 
 using Range = std::span<Reference>;
 
-/// Of a range: its box, and the box of its entries' (doubled) centres.
+/// Of a range: its box, and the box of its entries' (doubled) centers.
 struct Extent {
-  Box box, centres;
+  Box box, centers;
   std::size_t others = 0;
-  void include(const Extent& e) { box.include(e.box), centres.include(e.centres), others += e.others; }
+  void include(const Extent& e) { box.include(e.box), centers.include(e.centers), others += e.others; }
 };
 Extent extent_of(Range range);
 
@@ -52,13 +54,13 @@ struct Bins {
   void include(const Bins& other);
 };
 
-/// Maps (doubled) centres to bins.
+/// Maps (doubled) centers to bins.
 struct Binning {
   Floats lower{}, scale{};
-  explicit Binning(const Box& centres) {
+  explicit Binning(const Box& centers) {
     for (int axis = 0; axis < 3; ++axis) {
-      lower[axis] = centres.lower[axis];
-      const float s = static_cast<float>(bin_count) / centres.width(axis);
+      lower[axis] = centers.lower[axis];
+      const float s = static_cast<float>(bin_count) / centers.width(axis);
       scale[axis] = std::isfinite(s) ? s : 0;
     }
   }
@@ -68,7 +70,7 @@ Bins bins_of(Range range, const Binning& binning);
 struct Split {
   int axis = -1;
   int bin = 0;  // entries in bins below go left
-  float cost = HUGE_VALF;
+  float cost = math::float_infinity;
 };
 Split best_split(const Bins& bins);
 

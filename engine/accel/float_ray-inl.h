@@ -6,16 +6,17 @@
 #define PENUMBRA_ACCEL_FLOAT_RAY
 #endif
 
-#include <hwy/highway.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "engine/accel/simd-inl.h"
 #include "engine/accel/wide_tree.h"
+#include "engine/math/constants.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -53,7 +54,7 @@ struct FloatRay {
     axis[0] = ray.axis_x, axis[1] = ray.axis_y, axis[2] = ray.axis_z;
     shear_x = static_cast<float>(ray.shear_x), shear_y = static_cast<float>(ray.shear_y);
     shear_z = static_cast<float>(ray.shear_z);
-    if (!is_in_range) shear_z = std::numeric_limits<float>::quiet_NaN();
+    if (!is_in_range) shear_z = math::float_nan;
     t_error = error * std::fabs(shear_z);
     if (tree.sphere_blocks().empty()) return;
     const double inverse_speed = 1 / math::length(ray.direction);
@@ -122,6 +123,7 @@ struct FloatRay {
   }
 };
 
+}  // namespace
 }  // namespace penumbra::accel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/accel/wide_tree.h"
+#include "engine/math/constants.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
@@ -12,6 +13,7 @@ namespace {
 using math::abs;
 using math::dot;
 using math::gamma;
+using math::taxicab;
 
 }  // namespace
 
@@ -51,10 +53,10 @@ bool HalfSpaces::is_apart(const Vec3& lower, const Vec3& upper) const {
 
 bool HalfSpaces::miss(const math::Bounds& box) const {
   if (is_apart(box.lower, box.upper)) return true;
-  const Vec3 half = box.extent() * 0.5, centre = box.centre() - base_;
+  const Vec3 half = box.extent() * 0.5, center = box.center() - base_;
   return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
     const double radius = dot(side.size, half);
-    return dot(side.outward, centre) - radius > side.offset + side.slack + gamma(32) * radius;
+    return dot(side.outward, center) - radius > side.offset + side.slack + gamma(32) * radius;
   });
 }
 
@@ -74,25 +76,25 @@ bool HalfSpaces::miss(const geometry::TriangleVertices& triangle) const {
 bool HalfSpaces::miss(const geometry::SphereShape& sphere) const {
   const Vec3 reach{sphere.radius, sphere.radius, sphere.radius};
   if (is_apart(sphere.center - reach, sphere.center + reach)) return true;
-  const Vec3 centre = sphere.center - base_;
+  const Vec3 center = sphere.center - base_;
   return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
     const double radius = math::length(side.outward) * sphere.radius;
-    return dot(side.outward, centre) - radius >
-           side.offset + side.slack + gamma(32) * (radius + dot(side.size, abs(centre)));
+    return dot(side.outward, center) - radius >
+           side.offset + side.slack + gamma(32) * (radius + dot(side.size, abs(center)));
   });
 }
 
 bool HalfSpaces::miss(const geometry::CylinderShape& cylinder) const {
-  const Vec3 half = cylinder.axis * (cylinder.height * 0.5), centre = cylinder.base + half - base_;
+  const Vec3 half = cylinder.axis * (cylinder.height * 0.5), center = cylinder.base + half - base_;
   const double size = cylinder.height + cylinder.radius;
   return std::any_of(sides_.begin(), sides_.begin() + count_, [&](const Side& side) {
-    const double of_axis = dot(side.outward, centre) - std::fabs(dot(side.outward, half));
+    const double of_axis = dot(side.outward, center) - std::fabs(dot(side.outward, half));
     if (of_axis <= side.offset) return false;
     // A cap reaches as far as its radius times the normal's share along it. The axis is unit but for rounding.
     const double along = dot(side.outward, cylinder.axis), across = dot(side.outward, side.outward) - along * along;
     const double length = side.size.x + side.size.y + side.size.z;
     const double rounding =
-        gamma(64) * (dot(side.size, abs(centre)) + length * size) + 0x1p-24 * length * cylinder.radius;
+        gamma(64) * (dot(side.size, abs(center)) + length * size) + 0x1p-24 * length * cylinder.radius;
     return of_axis - cylinder.radius * std::sqrt(std::max(0.0, across)) > side.offset + side.slack + rounding;
   });
 }
@@ -137,6 +139,44 @@ HalfSpaces::FloatPlanes HalfSpaces::in_single_precision(const Vec3& origin) cons
   for (int i = 0; i < count_; ++i) result.plane[i] = in_single_precision(sides_[static_cast<std::size_t>(i)], base);
   for (int i = 0; i < limit_count_; ++i)
     result.limit[i] = in_single_precision(limits_[static_cast<std::size_t>(i)], base);
+  return result;
+}
+
+HalfSpaces pyramid(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor) {
+  std::array<Vec3, 4> edges;
+  for (std::size_t i = 0; i < 4; ++i) edges[i] = is_infinite ? corners[i] : corners[i] - apex;
+  math::Bounds bounds;
+  bounds.include(apex);
+  double reach = taxicab(apex);
+  Vec3 middle;
+  for (std::size_t i = 0; i < 4; ++i) {
+    middle += edges[i] * 0.25;
+    reach = std::max(reach, taxicab(corners[i]));
+    if (!is_infinite) {
+      bounds.include(corners[i]);
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      if (edges[i][axis] > 0) bounds.upper[axis] = math::infinity;
+      if (edges[i][axis] < 0) bounds.lower[axis] = -math::infinity;
+    }
+  }
+  HalfSpaces result(apex, reach, bounds);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vec3 outward = math::cross(edges[i], edges[(i + 1) % 4]);
+    result.add(dot(outward, middle) > 0 ? -outward : outward, 0);
+  }
+  // Across the quadrilateral: all edges lead to that side of the apex, also where a placement's space is sheared.
+  Vec3 forward = math::cross(corners[1] - corners[0], corners[3] - corners[0]);
+  if (dot(forward, middle) < 0) forward = -forward;
+  if (!is_infinite) {
+    double farthest = 0;
+    for (const Vec3& edge : edges) farthest = std::max(farthest, dot(forward, edge));
+    result.add(forward, farthest);
+    result.add_limit(forward, farthest);
+  }
+  result.add(-forward, 0);
+  if (taxicab(floor) > 0) result.add_floor(floor, taxicab(apex));
   return result;
 }
 

@@ -68,4 +68,10 @@ class HalfSpaces {
   int count_ = 0, limit_count_ = 0;
 };
 
+/// The hull of a point and a planar convex quadrilateral seen from it, or the infinite pyramid through four directions.
+/// `corners` in order around the quadrilateral: points, or directions when `is_infinite`. `floor`, if not zero, is the
+/// normal of a plane through the apex: only what rises above it is inside. What lies before the quadrilateral is within
+/// the limits.
+HalfSpaces pyramid(const Vec3& apex, const std::array<Vec3, 4>& corners, bool is_infinite, const Vec3& floor = {});
+
 }  // namespace penumbra::accel

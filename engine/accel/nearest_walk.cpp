@@ -1,10 +1,6 @@
-// Compiled once per instruction set; the best one the processor has is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/accel/nearest_walk.cpp"
-// clang-format off
-#include <hwy/foreach_target.h>
-#include <hwy/highway.h>
-// clang-format on
+#include "engine/accel/simd-inl.h"
 
 #include <algorithm>
 #include <bit>
@@ -16,8 +12,10 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using simd::HWY_NAMESPACE::bits;
 
 struct Pending {
   std::uint32_t child;
@@ -106,8 +104,8 @@ class ToNearest {
       const std::optional<geometry::TriangleHit> hit =
           waiting_[i].is_certain ? intersect_certainly(walk_.triangles[triangle], walk_.ray)
                                  : intersect(walk_.triangles[triangle], walk_.ray, nearest_.limit);
-      if (!hit || !(hit->t < nearest_.limit)) continue;
-      nearest_.offer(hit->t, walk_.triangles.surface(triangle), hit->b1, hit->b2);
+      if (!hit) continue;
+      nearest_.offer({hit->t, walk_.triangles.surface(triangle), hit->b1, hit->b2});
       limit_ = std::min(limit_, walk_.float_ray.limit(nearest_.limit));
     }
     count_ = 0;
@@ -203,6 +201,7 @@ void find_nearest_of_bundle(const WideTree& tree, const OwnedTriangles& triangle
   for (std::size_t i = 0; i < count; ++i) visitors[i].decide();
 }
 
+}  // namespace
 }  // namespace penumbra::accel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <span>
+
+#include "engine/math/constants.h"
 
 namespace penumbra::accel {
 namespace {
 
-constexpr double rounding = 0x1p-21;  // of single precision, a few times over
+constexpr double single_rounding = 0x1p-21;  // of single precision, a few times over
 
 struct Cone {
   Vec3 axis;
@@ -19,7 +20,7 @@ using PossibleCone = std::optional<Cone>;
 
 /// Between unit vectors that far apart: 2·asin(chord/2) ≤ chord·(1 + chord²/8), an upper bound below two thirds of a
 /// right angle, without a libm call.
-double angle_of(double chord) { return chord * (1 + chord * chord / 8) + rounding; }
+double angle_of(double chord) { return chord * (1 + chord * chord / 8) + single_rounding; }
 
 PossibleCone not_too_wide(const Cone& cone) {
   constexpr double widest = 1.0;  // radians: beyond, hardly any point sees all normals from one side
@@ -44,17 +45,18 @@ PossibleCone around(std::span<const PossibleCone> cones) {
 void put(const PossibleCone& cone, std::size_t lane, NormalCones::Cones& cones) {
   // The Taylor series of the cosine, cut where it is too small, bounds it from below.
   const double a = cone ? cone->angle * cone->angle : 0;
-  const double cosine = cone ? 1 - a / 2 + a * a / 24 - a * a * a / 720 : std::numeric_limits<double>::quiet_NaN();
+  const double cosine = cone ? 1 - a / 2 + a * a / 24 - a * a * a / 720 : math::nan;
   for (int axis = 0; axis < 3; ++axis) cones.axis[axis][lane] = cone ? static_cast<float>(cone->axis[axis]) : 0;
-  cones.cosine[lane] = static_cast<float>(cosine - rounding);
-  cones.sine[lane] = static_cast<float>(cone ? std::sqrt(1 - cosine * cosine) + rounding : 1);
+  cones.cosine[lane] = static_cast<float>(cosine - single_rounding);
+  cones.sine[lane] = static_cast<float>(cone ? std::sqrt(1 - cosine * cosine) + single_rounding : 1);
 }
 
 /// Unit; no numbers for a sliver, whose normal is all rounding.
 Vec3 normal_or_none(const geometry::TriangleVertices& t) {
   const Vec3 e = t.v1 - t.v0, f = t.v2 - t.v0, n = math::cross(e, f);
   const double square = math::dot(n, n);
-  if (!(square > rounding * rounding * math::dot(e, e) * math::dot(f, f))) return {NAN, NAN, NAN};
+  if (!(square > single_rounding * single_rounding * math::dot(e, e) * math::dot(f, f)))
+    return {math::nan, math::nan, math::nan};
   return n * (1 / std::sqrt(square));
 }
 
@@ -64,7 +66,7 @@ class Normals {
   void add(const TriangleSet& triangles, std::uint32_t index, const std::vector<Vec3>& normals) {
     add(normals[index]);
     for (const std::uint32_t neighbour : triangles.neighbours[index]) {
-      add(neighbour == TriangleSet::no_neighbour ? Vec3{NAN, NAN, NAN} : normals[neighbour]);
+      add(neighbour == TriangleSet::no_neighbour ? Vec3{math::nan, math::nan, math::nan} : normals[neighbour]);
     }
   }
 
@@ -79,7 +81,7 @@ class Normals {
       const Vec3 chord = normals_[i] - axis;
       square = std::max(square, math::dot(chord, chord));
     }
-    return not_too_wide({axis, angle_of(std::sqrt(square)) + rounding});
+    return not_too_wide({axis, angle_of(std::sqrt(square)) + single_rounding});
   }
 
  private:
@@ -106,7 +108,7 @@ NormalCones::NormalCones(const WideTree& tree, const TriangleSet& triangles, con
   std::vector<PossibleCone> whole_block(beside_blocks_.size()), whole_node(of_nodes_.size());
   const auto look_at_block = [&](std::size_t i) {
     const WideTree::TriangleBlock& block = tree.triangle_blocks()[i];
-    std::ranges::fill(std::span(&beside_blocks_[i].vertex[0][0][0], 9 * WideTree::width), NAN);
+    std::ranges::fill(std::span(&beside_blocks_[i].vertex[0][0][0], 9 * WideTree::width), math::float_nan);
     Normals all;
     for (std::size_t lane = 0; lane < WideTree::width && !std::isnan(block.vertex[0][0][lane]); ++lane) {
       const std::uint32_t triangle = block.triangle[lane];

@@ -1,10 +1,6 @@
-// Compiled once per instruction set; the best one the processor has is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/accel/opaque_walk.cpp"
-// clang-format off
-#include <hwy/foreach_target.h>
-#include <hwy/highway.h>
-// clang-format on
+#include "engine/accel/simd-inl.h"
 
 #include <algorithm>
 #include <bit>
@@ -14,6 +10,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -59,7 +56,7 @@ class ToOpaque {
       const std::uint32_t triangle = block.triangle[lane];
       if (triangle == self_triangle_) continue;
       const bool is_certain = (met.certain >> lane & 1u) != 0 && met.t_high[lane] < certain_limit_;
-      if (!is_certain && !intersect(walk_.triangles[triangle], walk_.ray, exact_limit_)) continue;
+      if (!is_certain && !crosses(walk_.triangles[triangle], walk_.ray, exact_limit_)) continue;
       if (walk_.triangles.is_opaque(triangle)) return true;
       crossed_.add(walk_.triangles.item(triangle));
     }
@@ -145,6 +142,7 @@ unsigned find_opaque_in_bundle(const WideTree& tree, const OwnedTriangles& trian
   return blocked;
 }
 
+}  // namespace
 }  // namespace penumbra::accel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -5,34 +5,36 @@
 #include "engine/accel/slab.h"
 #include "engine/accel/tree.h"
 #include "engine/accel/wide_walk.h"
+#include "engine/math/constants.h"
 
 namespace penumbra::accel {
 namespace {
 
 using geometry::Crossings;
 using geometry::PreparedRay;
+using geometry::Segment;
 using geometry::SelfPart;
 
-PreparedRay to_local(const Placement& placement, const PreparedRay& ray) {
-  return {placement.world_to_local.point(ray.origin), placement.world_to_local.vector(ray.direction)};
+/// What coordinates of points between the ray's origin and t = 1 may be off in the space of a placement.
+double rounding_in(const math::Affine& world_to_local, const PreparedRay& ray) {
+  return rounding_after(world_to_local, math::abs(ray.origin) + math::abs(ray.direction), 0);
 }
 
 SelfPart self_part(const SurfaceId& self, std::uint32_t item) {
   return self.item == item ? SelfPart{self.part} : std::nullopt;
 }
 
-/// Of a quadric or plane, in the item's own space.
-Crossings local_crossings(const World& world, const Item& item, const Vec3& origin, const Vec3& direction,
-                          SelfPart self) {
+/// Of a quadric or plane, in the item's own space. Triangles are not met this way.
+Crossings local_crossings(const World& world, const Item& item, const Segment& segment, SelfPart self) {
   switch (item.kind) {
     case Kind::sphere:
-      return crossings(world.spheres[item.index], origin, direction, self);
+      return crossings(world.spheres[item.index], segment, self);
     case Kind::plane:
-      return crossings(world.planes[item.index], origin, direction, self);
+      return crossings(world.planes[item.index], segment, self);
     case Kind::tube:
-      return crossings(world.tubes[item.index], origin, direction, self);
+      return crossings(world.tubes[item.index], segment, self);
     case Kind::cylinder:
-      return crossings(world.cylinders[item.index], origin, direction, self);
+      return crossings(world.cylinders[item.index], segment, self);
     case Kind::patch:
     case Kind::mesh:
       break;
@@ -40,18 +42,11 @@ Crossings local_crossings(const World& world, const Item& item, const Vec3& orig
   return {};
 }
 
-Crossings world_crossings(const World& world, const Item& item, const PreparedRay& ray, SelfPart self) {
-  if (item.placement == not_placed) return local_crossings(world, item, ray.origin, ray.direction, self);
+Crossings world_crossings(const World& world, const Item& item, const PreparedRay& ray, double limit, SelfPart self) {
+  if (item.placement == no_placement) return local_crossings(world, item, {ray.origin, ray.direction, limit}, self);
   const math::Affine& map = world.placements[item.placement].world_to_local;
-  return local_crossings(world, item, map.point(ray.origin), map.vector(ray.direction), self);
-}
-
-/// Calls use(mesh, ray) with the ray in the mesh's space.
-template <class Use>
-auto in_mesh_space(const World& world, const Item& item, const PreparedRay& ray, const Use& use) {
-  const MeshShape& mesh = world.meshes[item.index];
-  if (item.placement == not_placed) return use(mesh, ray);
-  return use(mesh, to_local(world.placements[item.placement], ray));
+  const double rounding = limit < math::infinity ? rounding_in(map, ray) : 0;
+  return local_crossings(world, item, {map.point(ray.origin), map.vector(ray.direction), limit, rounding}, self);
 }
 
 /// Visits leaves nearest first until one returns true; `limit()` may shrink on the way.
@@ -62,13 +57,13 @@ bool visit_in_order(const Tree& tree, const Tree::Node& node, const PreparedRay&
   const auto children = tree.children(node);
   if (children.size() != 2) {
     return std::any_of(children.begin(), children.end(), [&](const Tree::Node& child) {
-      return enter(child.box, ray, limit()) < HUGE_VAL && visit_in_order(tree, child, ray, limit, test_leaf);
+      return enter(child.box, ray, limit()) < math::infinity && visit_in_order(tree, child, ray, limit, test_leaf);
     });
   }
   const double first = enter(children[0].box, ray, limit()), second = enter(children[1].box, ray, limit());
   const std::size_t near = second < first ? 1 : 0;
   const double near_t = std::min(first, second), far_t = std::max(first, second);
-  if (near_t == HUGE_VAL) return false;
+  if (near_t == math::infinity) return false;
   if (visit_in_order(tree, children[near], ray, limit, test_leaf)) return true;
   return far_t < limit() && visit_in_order(tree, children[1 - near], ray, limit, test_leaf);
 }
@@ -78,7 +73,7 @@ bool visit_in_order(const Tree& tree, const Tree::Node& node, const PreparedRay&
 template <class Limit, class AtTriangle, class AtOther>
 bool search(const Tree& tree, const PreparedRay& ray, const Limit& limit, const AtTriangle& at_triangle,
             const AtOther& at_other) {
-  return enter(tree.root().box, ray, limit()) < HUGE_VAL &&
+  return enter(tree.root().box, ray, limit()) < math::infinity &&
          visit_in_order(tree, tree.root(), ray, limit, [&](const Tree::Node& leaf) {
            return std::ranges::any_of(tree.triangles(leaf), at_triangle) ||
                   std::ranges::any_of(tree.others(leaf), at_other);
@@ -95,7 +90,7 @@ void find_nearest(const Structure& structure, const OwnedTriangles& triangles, c
         const SurfaceId surface = triangles.surface(triangle);
         if (self == surface) return false;
         if (const auto hit = intersect(triangles[triangle], ray, nearest.limit))
-          nearest.offer(hit->t, surface, hit->b1, hit->b2);
+          nearest.offer({hit->t, surface, hit->b1, hit->b2});
         return false;
       },
       [&](std::uint32_t item) {
@@ -112,7 +107,7 @@ bool find_opaque(const Structure& structure, const OwnedTriangles& triangles, co
       *structure.plain, ray, [&] { return limit; },
       [&](std::uint32_t triangle) {
         const SurfaceId surface = triangles.surface(triangle);
-        if (self == surface || !intersect(triangles[triangle], ray, limit)) return false;
+        if (self == surface || !crosses(triangles[triangle], ray, limit)) return false;
         if (world.items[surface.item].is_opaque) return true;
         crossed.add(surface.item);
         return false;
@@ -133,6 +128,13 @@ bool cross(const World& world, const PreparedRay& ray, const SurfaceId& self, do
 
 }  // namespace
 
+geometry::PreparedRay to_local(const Placement& placement, const PreparedRay& ray) {
+  const math::Affine& map = placement.world_to_local;
+  PreparedRay local(map.point(ray.origin), map.vector(ray.direction));
+  local.rounding = rounding_in(map, ray);
+  return local;
+}
+
 void find_in_item(const World& world, std::uint32_t id, const PreparedRay& ray, const SurfaceId& self,
                   Nearest& nearest) {
   const Item& item = world.items[id];
@@ -142,8 +144,8 @@ void find_in_item(const World& world, std::uint32_t id, const PreparedRay& ray, 
     });
     return;
   }
-  const Crossings found = world_crossings(world, item, ray, self_part(self, id));
-  if (found.count > 0 && found.t[0] < nearest.limit) nearest.offer(found.t[0], {id, found.part[0]}, 0, 0);
+  const Crossings found = world_crossings(world, item, ray, math::infinity, self_part(self, id));
+  if (found.count > 0) nearest.offer({found.t[0], {id, found.part[0]}});
 }
 
 bool cross_item(const World& world, std::uint32_t id, const PreparedRay& ray, const SurfaceId& self, double limit,
@@ -154,32 +156,24 @@ bool cross_item(const World& world, std::uint32_t id, const PreparedRay& ray, co
       return find_opaque(mesh.structure, OwnedTriangles(world, id), world, local, self, limit, crossed);
     });
   }
-  const Crossings found = world_crossings(world, item, ray, self_part(self, id));
-  for (int i = 0; i < found.count && found.t[i] < limit; ++i) {
-    if (item.is_opaque) return true;
-    crossed.add(id);
-  }
+  const Crossings found = world_crossings(world, item, ray, limit, self_part(self, id));
+  if (found.count > 0 && item.is_opaque) return true;
+  for (int i = 0; i < found.count; ++i) crossed.add(id);
   return false;
-}
-
-const std::vector<std::uint32_t>& Crossed::sorted() {
-  std::sort(items_.begin(), items_.end());
-  return items_;
 }
 
 std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit) {
   const PreparedRay prepared(ray.origin, ray.direction);
-  Nearest nearest{std::nullopt, limit};
+  Nearest nearest(limit);
   for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, prepared, ray.self, nearest);
   find_nearest(world.structure, OwnedTriangles(world), world, prepared, ray.self, nearest);
-  return nearest.hit;
+  return first_met(world, prepared, nearest);
 }
 
 void closest_hits(const World& world, std::span<const PreparedRay> rays, const SurfaceId& self,
                   std::optional<Hit>* hits) {
   std::array<Nearest, bundle_width> nearest;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    nearest[i].limit = HUGE_VAL;
     for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, rays[i], self, nearest[i]);
   }
   const OwnedTriangles owned(world);
@@ -189,7 +183,7 @@ void closest_hits(const World& world, std::span<const PreparedRay> rays, const S
     for (std::size_t i = 0; i < rays.size(); ++i)
       find_nearest(world.structure, owned, world, rays[i], self, nearest[i]);
   }
-  for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = nearest[i].hit;
+  for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = first_met(world, rays[i], nearest[i]);
 }
 
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed) {
@@ -208,75 +202,9 @@ unsigned cross_transparent(const World& world, std::span<const PreparedRay> rays
   return through & ~walk_to_opaque(*world.structure.wide, OwnedTriangles(world), world, rays, self, limit, crossed);
 }
 
-bool cross_transparent(const World& world, const CellContents& contents, const Ray& ray, double limit,
-                       Crossed& crossed) {
-  const PreparedRay prepared(ray.origin, ray.direction);
-  const OwnedTriangles owned(world);
-  for (const std::uint32_t triangle : contents.triangles()) {
-    if (!intersect(world.triangles[triangle], prepared, limit)) continue;
-    const std::uint32_t item = owned.item(triangle);
-    if (world.items[item].is_opaque) return false;
-    crossed.add(item);
-  }
-  return std::ranges::none_of(contents.others(), [&](std::uint32_t item) {
-    return cross_item(world, item, prepared, ray.self, limit, crossed);
-  });
-}
-
 int count_crossings(const World& world, std::uint32_t id, const Ray& ray, double limit) {
   const PreparedRay prepared(ray.origin, ray.direction);
-  const Crossings found = world_crossings(world, world.items[id], prepared, self_part(ray.self, id));
-  return static_cast<int>(std::count_if(found.t, found.t + found.count, [&](double t) { return t < limit; }));
-}
-
-namespace {
-
-geometry::SurfacePoint point_on_triangle(const TriangleSet& triangles, std::uint32_t index, const Hit& hit) {
-  geometry::SurfacePoint point = point_on(triangles[index], hit.b1, hit.b2);
-  if (triangles.normals.empty()) return point;
-  const auto& [a, b, c] = triangles.corners[index];
-  const Vec3 sum =
-      triangles.normals[a] * (1 - hit.b1 - hit.b2) + triangles.normals[b] * hit.b1 + triangles.normals[c] * hit.b2;
-  if (math::max_component(math::abs(sum)) > 0) point.shading_normal = math::normalize(sum);
-  return point;
-}
-
-}  // namespace
-
-geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit& hit) {
-  const Item& item = world.items[hit.surface.item];
-  if (item.kind == Kind::patch) return point_on_triangle(world.triangles, item.index + hit.surface.part, hit);
-  const Placement* placement = item.placement == not_placed ? nullptr : &world.placements[item.placement];
-  const auto local_point = [&]() -> geometry::SurfacePoint {
-    if (item.kind == Kind::mesh) return point_on_triangle(world.meshes[item.index].triangles, hit.surface.part, hit);
-    const Vec3 world_point = ray.origin + ray.direction * hit.t;
-    const Vec3 near = placement == nullptr ? world_point : placement->world_to_local.point(world_point);
-    switch (item.kind) {
-      case Kind::sphere:
-        return geometry::surface_at(world.spheres[item.index], near, hit.surface.part);
-      case Kind::plane:
-        return geometry::surface_at(world.planes[item.index], near, hit.surface.part);
-      case Kind::tube:
-        return geometry::surface_at(world.tubes[item.index], near, hit.surface.part);
-      default:
-        return geometry::surface_at(world.cylinders[item.index], near, hit.surface.part);
-    }
-  };
-  geometry::SurfacePoint point = local_point();
-  if (placement == nullptr) return point;
-  // Into the world: the map's own rounding, and that of taking the next ray back into this space, count as error too.
-  const math::Affine &out = placement->local_to_world, &in = placement->world_to_local;
-  const auto abs_vector = [](const math::Affine& map, const Vec3& v) {
-    return math::abs(map.column[0]) * v.x + math::abs(map.column[1]) * v.y + math::abs(map.column[2]) * v.z;
-  };
-  const Vec3 local_size = math::abs(point.position);
-  point.position = out.point(point.position);
-  const Vec3 back = abs_vector(in, math::abs(point.position)) + math::abs(in.translation);
-  point.error = abs_vector(out, point.error + back * math::gamma(8) + local_size * math::gamma(8)) +
-                math::abs(out.translation) * math::gamma(8);
-  point.normal = math::normalize(in.transposed_vector(point.normal));
-  point.shading_normal = math::normalize(in.transposed_vector(point.shading_normal));
-  return point;
+  return world_crossings(world, world.items[id], prepared, limit, self_part(ray.self, id)).count;
 }
 
 }  // namespace penumbra::accel

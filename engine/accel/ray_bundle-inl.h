@@ -9,15 +9,17 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <limits>
 #include <utility>
 
 #include "engine/accel/ray_tests-inl.h"
+#include "engine/math/constants.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using simd::HWY_NAMESPACE::bits;
 
 /// Rays side by side that go into the same octant, for boxes: lane by lane what FloatRay has.
 struct FloatBundle {
@@ -40,7 +42,7 @@ HWY_INLINE unsigned enter(const WideTree::Node& node, std::size_t child, const F
   const Floats d;
   const float* planes = &node.bounds[0][0] + child;
   unsigned entered = 0;
-  auto first = hn::Set(d, std::numeric_limits<float>::infinity());
+  auto first = hn::Set(d, math::float_infinity);
   for (std::size_t lane = 0; lane < bundle_width; lane += hn::Lanes(d)) {
     const auto near_at = [&](std::size_t axis) HWY_ATTR {
       return hn::MulAdd(hn::Set(d, planes[bundle.near_row[axis]]), hn::Load(d, bundle.near_inverse[axis] + lane),
@@ -85,6 +87,7 @@ HWY_INLINE void for_each_octant(const std::array<FloatRay, bundle_width>& rays, 
   }
 }
 
+}  // namespace
 }  // namespace penumbra::accel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -11,17 +11,12 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using simd::HWY_NAMESPACE::bits;
 
 using Floats = hn::CappedTag<float, WideTree::width>;
-
-template <class D, class Mask>
-unsigned bits(D d, Mask mask) {
-  std::uint8_t bytes[8]{};
-  hn::StoreMaskBits(d, mask, bytes);
-  return bytes[0];
-}
 
 /// Which children the ray enters before `limit`, one bit each; and where, if it is asked for.
 template <bool tells_where>
@@ -95,9 +90,12 @@ HWY_INLINE void meet(const WideTree::TriangleBlock& block, const FloatRay& ray, 
     if (possible_bits == 0) continue;
     const auto is_inside = hn::Or(hn::Gt(least, error), hn::Lt(most, hn::Neg(error)));
     if constexpr (narrows) {
-      // The mean of the three is off by up to six times what an edge function may be off, over the sum.
+      // The mean of the three is off by up to six times what an edge function may be off, over the sum. Weights first:
+      // a product of three lengths may leave the range of single precision.
       const auto sum = hn::Add(hn::Add(u, v), w);
-      const auto t = hn::Div(hn::MulAdd(u, t0, hn::MulAdd(v, t1, hn::Mul(w, t2))), sum);
+      const auto inverse = hn::Div(hn::Set(d, 1.0F), sum);
+      const auto t =
+          hn::MulAdd(hn::Mul(u, inverse), t0, hn::MulAdd(hn::Mul(v, inverse), t1, hn::Mul(hn::Mul(w, inverse), t2)));
       const auto size = hn::Max(hn::Max(hn::Abs(t0), hn::Abs(t1)), hn::Abs(t2));
       const auto within = hn::MulAdd(
           size, hn::MulAdd(hn::Set(d, 7.0F), hn::Div(error, hn::Abs(sum)), hn::Set(d, 8 * roundoff)), t_error);
@@ -171,6 +169,7 @@ struct Walk {
   const SurfaceId& self;
 };
 
+}  // namespace
 }  // namespace penumbra::accel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

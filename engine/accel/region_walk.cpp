@@ -1,10 +1,6 @@
-// Compiled once per instruction set; the best one the processor has is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/accel/region_walk.cpp"
-// clang-format off
-#include <hwy/foreach_target.h>
-#include <hwy/highway.h>
-// clang-format on
+#include "engine/accel/simd-inl.h"
 
 #include <algorithm>
 #include <bit>
@@ -17,27 +13,22 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace penumbra::accel::HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using simd::HWY_NAMESPACE::bits;
 
 using Floats = hn::CappedTag<float, WideTree::width>;
 constexpr float roundoff = 0x1p-24F;
 constexpr float underflow = 0x1p-110F;  // products below it are mostly rounding
 
-template <class D, class Mask>
-unsigned bits(D d, Mask mask) {
-  std::uint8_t bytes[8]{};
-  hn::StoreMaskBits(d, mask, bytes);
-  return bytes[0];
-}
-
 /// A region in single precision, and the ball to see silhouettes from, both relative to a tree's origin.
-struct FloatShaft {
+struct FloatRegion {
   HalfSpaces::FloatPlanes planes;
   float apex[3], error;  // the middle of the ball; its radius, rounding included
   float rounding;        // of a difference of two vertices
 
-  FloatShaft(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes)
+  FloatRegion(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes)
       : planes(region.in_single_precision(tree.origin())) {
     const Vec3 from = silhouettes == nullptr ? Vec3{} : silhouettes->viewpoint - tree.origin();
     const double radius = silhouettes == nullptr ? 0 : silhouettes->radius;
@@ -94,33 +85,33 @@ HWY_INLINE Vector3<hn::Vec<Floats>> load(const float (&rows)[3][WideTree::width]
   return {hn::Load(d, rows[0] + lane), hn::Load(d, rows[1] + lane), hn::Load(d, rows[2] + lane)};
 }
 
-/// Which lanes face the shaft's apex alike: what their cones hold lies within `radius` of `centre`.
+/// Which lanes face the region's apex alike: what their cones hold lies within `radius` of `center`.
 template <class V>
-HWY_INLINE unsigned facing_alike(const NormalCones::Cones& cones, std::size_t lane, const FloatShaft& shaft,
-                                 const Vector3<V>& centre, V radius) {
+HWY_INLINE unsigned facing_alike(const NormalCones::Cones& cones, std::size_t lane, const FloatRegion& region,
+                                 const Vector3<V>& center, V radius) {
   const Floats d;
-  const auto x = hn::Sub(hn::Set(d, shaft.apex[0]), centre.x), y = hn::Sub(hn::Set(d, shaft.apex[1]), centre.y),
-             z = hn::Sub(hn::Set(d, shaft.apex[2]), centre.z);
+  const auto x = hn::Sub(hn::Set(d, region.apex[0]), center.x), y = hn::Sub(hn::Set(d, region.apex[1]), center.y),
+             z = hn::Sub(hn::Set(d, region.apex[2]), center.z);
   const auto along =
       hn::MulAdd(x, hn::Load(d, cones.axis[0] + lane),
                  hn::MulAdd(y, hn::Load(d, cones.axis[1] + lane), hn::Mul(z, hn::Load(d, cones.axis[2] + lane))));
   const auto squared = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
   const auto across = hn::Sqrt(hn::Max(hn::Zero(d), hn::NegMulAdd(along, along, squared)));
-  // Of a normal n in the cone, n·(apex − centre) lies within along·cosine ± across·sine.
-  const auto reach = hn::MulAdd(across, hn::Load(d, cones.sine + lane), hn::Add(radius, hn::Set(d, shaft.error)));
+  // Of a normal n in the cone, n·(apex − center) lies within along·cosine ± across·sine.
+  const auto reach = hn::MulAdd(across, hn::Load(d, cones.sine + lane), hn::Add(radius, hn::Set(d, region.error)));
   return bits(d, hn::Gt(hn::Mul(hn::Abs(along), hn::Load(d, cones.cosine + lane)), reach));
 }
 
-/// Lanes that may meet the shaft; of these, those without a silhouette, which lie within its limits. Of triangles,
+/// Lanes that may meet the region; of these, those without a silhouette, which lie within its limits. Of triangles,
 /// those that lie there, and by edge the lanes whose edge is no silhouette for certain.
-struct ShaftLanes {
+struct RegionLanes {
   unsigned met = 0, without_silhouette = 0, within_limits = 0, plain[3]{};
 };
 
-HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Cones* cones, const FloatShaft& shaft) {
+HWY_INLINE RegionLanes overlap(const WideTree::Node& node, const NormalCones::Cones* cones, const FloatRegion& region) {
   const Floats d;
-  ShaftLanes result;
-  const HalfSpaces::FloatPlanes& planes = shaft.planes;
+  RegionLanes result;
+  const HalfSpaces::FloatPlanes& planes = region.planes;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
     auto outside = hn::FirstN(d, 0);
     for (int axis = 0; axis < 3; ++axis) {
@@ -144,12 +135,12 @@ HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Con
     const int lower_rows[3]{0, 1, 2}, upper_rows[3]{3, 4, 5};
     const auto lower = corner(lower_rows), upper = corner(upper_rows);
     const auto half = hn::Set(d, 0.5F);
-    const Vector3<hn::Vec<Floats>> centre{hn::Mul(half, hn::Add(lower.x, upper.x)),
+    const Vector3<hn::Vec<Floats>> center{hn::Mul(half, hn::Add(lower.x, upper.x)),
                                           hn::Mul(half, hn::Add(lower.y, upper.y)),
                                           hn::Mul(half, hn::Add(lower.z, upper.z))};
-    const auto x = hn::Sub(upper.x, centre.x), y = hn::Sub(upper.y, centre.y), z = hn::Sub(upper.z, centre.z);
+    const auto x = hn::Sub(upper.x, center.x), y = hn::Sub(upper.y, center.y), z = hn::Sub(upper.z, center.z);
     const auto radius = hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
-    unsigned alike = met & facing_alike(*cones, lane, shaft, centre, radius);
+    unsigned alike = met & facing_alike(*cones, lane, region, center, radius);
     for (int i = 0; i < planes.limit_count && alike != 0; ++i) {
       const HalfSpaces::FloatPlanes::Plane& limit = planes.limit[i];
       const int rows[3]{(limit.nearest_row[0] + 3) % 6, (limit.nearest_row[1] + 3) % 6, (limit.nearest_row[2] + 3) % 6};
@@ -163,9 +154,9 @@ HWY_INLINE ShaftLanes overlap(const WideTree::Node& node, const NormalCones::Con
 /// At which edges a lane's triangle and its neighbour turn the same side to the apex for certain.
 template <class V>
 HWY_INLINE void facing_alike(const Vector3<V> (&vertex)[3], const NormalCones::Flanks& flanks, std::size_t lane,
-                             const FloatShaft& shaft, unsigned (&alike)[3]) {
+                             const FloatRegion& region, unsigned (&alike)[3]) {
   const Floats d;
-  const Vector3<V> apex{hn::Set(d, shaft.apex[0]), hn::Set(d, shaft.apex[1]), hn::Set(d, shaft.apex[2])};
+  const Vector3<V> apex{hn::Set(d, region.apex[0]), hn::Set(d, region.apex[1]), hn::Set(d, region.apex[2])};
   Vector3<V> edge[3], from_flank[3], to_apex[3];
   auto length = hn::Zero(d), distance = hn::Zero(d);  // the largest component of an edge, and of a way to the apex
   for (std::size_t e = 0; e < 3; ++e) {
@@ -177,7 +168,7 @@ HWY_INLINE void facing_alike(const Vector3<V> (&vertex)[3], const NormalCones::F
   }
   // With differences off by r, components of a normal, of products of up to l², are off by 4 l r + 2 r² and rounding;
   // times the way to the apex, the sum of three is off by no more than this. The way itself is off by `error`.
-  const auto r = hn::Set(d, shaft.rounding), off = hn::Set(d, shaft.error);
+  const auto r = hn::Set(d, region.rounding), off = hn::Set(d, region.error);
   const auto within_normal =
       hn::MulAdd(hn::Mul(hn::Add(distance, off), r), hn::MulAdd(hn::Set(d, 36), length, hn::Mul(hn::Set(d, 6), r)),
                  hn::Set(d, underflow));
@@ -192,11 +183,11 @@ HWY_INLINE void facing_alike(const Vector3<V> (&vertex)[3], const NormalCones::F
   }
 }
 
-HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const NormalCones::Flanks* flanks,
-                              const FloatShaft& shaft) {
+HWY_INLINE RegionLanes overlap(const WideTree::TriangleBlock& block, const NormalCones::Flanks* flanks,
+                               const FloatRegion& region) {
   const Floats d;
-  ShaftLanes result;
-  const HalfSpaces::FloatPlanes& planes = shaft.planes;
+  RegionLanes result;
+  const HalfSpaces::FloatPlanes& planes = region.planes;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
     const Vector3<hn::Vec<Floats>> vertex[3]{load(block.vertex[0], lane), load(block.vertex[1], lane),
                                              load(block.vertex[2], lane)};
@@ -216,7 +207,7 @@ HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const Normal
     result.met |= met << lane;
     if (met == 0 || flanks == nullptr) continue;
     unsigned plain[3];
-    facing_alike(vertex, *flanks, lane, shaft, plain);
+    facing_alike(vertex, *flanks, lane, region, plain);
     plain[0] |= bits(d, beside_ab), plain[1] |= bits(d, beside_bc), plain[2] |= bits(d, beside_ca);
     for (std::size_t e = 0; e < 3; ++e) result.plain[e] |= plain[e] << lane;
     // Triangles that light goes through have no neighbours.
@@ -236,36 +227,36 @@ HWY_INLINE ShaftLanes overlap(const WideTree::TriangleBlock& block, const Normal
   return result;
 }
 
-/// Which spheres are not wholly outside one of the shaft's planes, one bit each.
-HWY_INLINE unsigned overlap(const WideTree::SphereBlock& block, const FloatShaft& shaft) {
+/// Which spheres are not wholly outside one of the region's planes, one bit each.
+HWY_INLINE unsigned overlap(const WideTree::SphereBlock& block, const FloatRegion& region) {
   const Floats d;
   unsigned hits = 0;
   for (std::size_t lane = 0; lane < WideTree::width; lane += hn::Lanes(d)) {
-    const Vector3<hn::Vec<Floats>> centre = load(block.center, lane);
+    const Vector3<hn::Vec<Floats>> center = load(block.center, lane);
     const auto radius = hn::Mul(hn::Load(d, block.radius + lane), hn::Set(d, 1 + 8 * roundoff));
-    const auto size = largest(centre);
+    const auto size = largest(center);
     auto outside = hn::IsNaN(radius);
-    for (int i = 0; i < shaft.planes.count; ++i) {
-      const HalfSpaces::FloatPlanes::Plane& plane = shaft.planes.plane[i];
+    for (int i = 0; i < region.planes.count; ++i) {
+      const HalfSpaces::FloatPlanes::Plane& plane = region.planes.plane[i];
       const auto margin = hn::MulAdd(radius, hn::Set(d, plane.length), error_of(plane, size));
-      outside = hn::Or(outside, hn::Gt(value_at(plane, centre), margin));
+      outside = hn::Or(outside, hn::Gt(value_at(plane, center), margin));
     }
     hits |= bits(d, hn::Not(outside)) << lane;
   }
   return hits;
 }
 
-bool walk_region(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes,
-                 RegionVisitor& visitor) {
-  const FloatShaft float_shaft(tree, region, silhouettes);
-  const NormalCones* cones = silhouettes == nullptr ? nullptr : &silhouettes->cones;
-  std::uint32_t stack[WideTree::stack_size];
-  std::size_t count = 0;
-  stack[count++] = tree.root();
+/// What of a region's leaves a visitor is shown; each is true if it ended the walk.
+struct RegionWalk {
+  const WideTree& tree;
+  const FloatRegion float_region;
+  const NormalCones* cones;
+  RegionVisitor& visitor;
   bool has_left_out = false;
-  const auto at_triangles = [&](std::uint32_t index) {
+
+  HWY_INLINE bool at_triangles(std::uint32_t index) {
     const WideTree::TriangleBlock& block = tree.triangle_blocks()[index];
-    const ShaftLanes lanes = overlap(block, cones == nullptr ? nullptr : &cones->beside_block(index), float_shaft);
+    const RegionLanes lanes = overlap(block, cones == nullptr ? nullptr : &cones->beside_block(index), float_region);
     has_left_out = has_left_out || lanes.without_silhouette != 0;
     for (unsigned hits = lanes.met & ~lanes.without_silhouette; hits != 0; hits &= hits - 1) {
       const int lane = std::countr_zero(hits);
@@ -274,49 +265,62 @@ bool walk_region(const WideTree& tree, const HalfSpaces& region, const Silhouett
       if (visitor.triangle(block.triangle[lane], edges)) return true;
     }
     return false;
-  };
-  const auto at_spheres = [&](const WideTree::SphereBlock& block) {
-    for (unsigned hits = overlap(block, float_shaft); hits != 0; hits &= hits - 1) {
+  }
+  HWY_INLINE bool at_spheres(const WideTree::SphereBlock& block) {
+    for (unsigned hits = overlap(block, float_region); hits != 0; hits &= hits - 1) {
       if (visitor.other(block.item[std::countr_zero(hits)])) return true;
     }
     return false;
-  };
+  }
+  HWY_INLINE bool at_leaf(const WideTree::Leaf& leaf) {
+    for (auto i = leaf.triangle_begin; i < leaf.triangle_end; ++i) {
+      if (at_triangles(i)) return true;
+    }
+    for (auto i = leaf.sphere_begin; i < leaf.sphere_end; ++i) {
+      if (at_spheres(tree.sphere_blocks()[i])) return true;
+    }
+    for (auto i = leaf.other_begin; i < leaf.other_end; ++i) {
+      if (visitor.other(tree.others()[i])) return true;
+    }
+    return false;
+  }
+};
+
+bool walk_region(const WideTree& tree, const HalfSpaces& region, const Silhouettes* silhouettes,
+                 RegionVisitor& visitor) {
+  RegionWalk walk{tree, FloatRegion(tree, region, silhouettes), silhouettes == nullptr ? nullptr : &silhouettes->cones,
+                  visitor};
+  std::uint32_t stack[WideTree::stack_size];
+  std::size_t count = 0;
+  stack[count++] = tree.root();
   while (count > 0) {
     const std::uint32_t top = stack[--count], index = WideTree::index_of(top);
     switch (WideTree::sort_of(top)) {
       case WideTree::Sort::node: {
         const WideTree::Node& node = tree.nodes()[index];
-        const ShaftLanes lanes = overlap(node, cones == nullptr ? nullptr : &cones->of_node(index), float_shaft);
-        has_left_out = has_left_out || lanes.without_silhouette != 0;
+        const RegionLanes lanes =
+            overlap(node, walk.cones == nullptr ? nullptr : &walk.cones->of_node(index), walk.float_region);
+        walk.has_left_out = walk.has_left_out || lanes.without_silhouette != 0;
         for (unsigned hits = lanes.met & ~lanes.without_silhouette; hits != 0; hits &= hits - 1)
           stack[count++] = node.child[std::countr_zero(hits)];
         break;
       }
       case WideTree::Sort::triangle_block:
-        if (at_triangles(index)) return true;
+        if (walk.at_triangles(index)) return true;
         break;
       case WideTree::Sort::sphere_block:
-        if (at_spheres(tree.sphere_blocks()[index])) return true;
+        if (walk.at_spheres(tree.sphere_blocks()[index])) return true;
         break;
-      case WideTree::Sort::leaf: {
-        const WideTree::Leaf& leaf = tree.leaves()[index];
-        for (auto i = leaf.triangle_begin; i < leaf.triangle_end; ++i) {
-          if (at_triangles(i)) return true;
-        }
-        for (auto i = leaf.sphere_begin; i < leaf.sphere_end; ++i) {
-          if (at_spheres(tree.sphere_blocks()[i])) return true;
-        }
-        for (auto i = leaf.other_begin; i < leaf.other_end; ++i) {
-          if (visitor.other(tree.others()[i])) return true;
-        }
+      case WideTree::Sort::leaf:
+        if (walk.at_leaf(tree.leaves()[index])) return true;
         break;
-      }
     }
   }
-  if (has_left_out) visitor.without_silhouette();
+  if (walk.has_left_out) visitor.without_silhouette();
   return false;
 }
 
+}  // namespace
 }  // namespace penumbra::accel::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

@@ -4,6 +4,7 @@
 
 #include "engine/geometry/triangle.h"
 #include "engine/math/bounds.h"
+#include "engine/math/constants.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
@@ -28,7 +29,7 @@ inline double enter(const math::Bounds& box, const geometry::PreparedRay& ray, d
     far = t1 < far ? t1 : far;
   }
   const double rounding = math::gamma(16) * reach;
-  return near <= far * widen + rounding ? near * (2 - widen) - rounding : HUGE_VAL;
+  return near <= far * widen + rounding ? near * (2 - widen) - rounding : math::infinity;
 }
 
 }  // namespace penumbra::accel

@@ -24,8 +24,9 @@ struct Grouping {
   std::vector<Grouping> groups;
 };
 
-/// A bounding volume hierarchy over entries, in one array: the plain form of every acceleration of the contract, and
-/// the only one of all but bvh, which has its own for SIMD (WideTree). Immutable; may be shared between threads.
+/// A bounding volume hierarchy over entries, in one array, for every acceleration of the contract but bvh, which has
+/// its own for SIMD (WideTree) as long as single precision holds the coordinates. Immutable; may be shared between
+/// threads.
 class Tree {
  public:
   /// An inner node's children are nodes [begin, end); a leaf holds triangles [begin, end) and others
@@ -38,8 +39,7 @@ class Tree {
   static constexpr std::uint32_t inner_mark = 0xffffffff;
 
   /// none: one leaf without a box · cbr: a root with a leaf per entry · groups: `grouping` boxed, and a box per entry ·
-  /// median: longest axis, median split, leaves ≤ 2 · bvh: 16-bin surface area heuristic (Wald, "On fast Construction
-  /// of SAH-based Bounding Volume Hierarchies", 2007).
+  /// median, bvh: longest axis, median split, leaves ≤ 2.
   Tree(scene::Acceleration acceleration, std::span<const TreeEntry> entries, const Grouping& grouping = {});
 
   const Node& root() const { return nodes_.front(); }
@@ -56,12 +56,11 @@ class Tree {
  private:
   struct Reference {
     math::Bounds box;
-    Vec3 centre;
+    Vec3 center;
     std::uint32_t entry = 0;
   };
   void make_leaf(std::uint32_t node, std::span<const Reference> references, std::span<const TreeEntry> entries);
-  void build_binary(scene::Acceleration acceleration, std::uint32_t node, std::span<Reference> references,
-                    std::span<const TreeEntry> entries, int depth);
+  void build_halves(std::uint32_t node, std::span<Reference> references, std::span<const TreeEntry> entries);
   void build_groups(std::uint32_t node, const Grouping& grouping, std::span<const TreeEntry> entries);
 
   std::vector<Node> nodes_;

@@ -2,10 +2,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "engine/accel/binning.h"
 #include "engine/accel/wide_tree.h"
+#include "engine/math/constants.h"
 
 namespace penumbra::accel {
 namespace {
@@ -16,27 +16,21 @@ constexpr std::size_t weight_of_other = 4;
 // Below this level ranges are halved by count, which bounds the depth of any tree (see WideTree::stack_size).
 constexpr int depth_of_sah = 48;
 
-struct Part {
-  Range range;
-  Extent extent;
-  bool is_leaf() const { return range.size() + extent.others * (weight_of_other - 1) <= leaf_capacity; }
-};
-
-/// The middle, axis by axis, of some entries' centres: where most of them are, however far the others.
-Vec3 typical_centre(const TriangleSet& triangles, std::span<const OtherEntry> others) {
+/// The middle, axis by axis, of some entries' centers: where most of them are, however far the others.
+Vec3 typical_center(const TriangleSet& triangles, std::span<const OtherEntry> others) {
   constexpr std::size_t most = 1023;
   const std::size_t total = triangles.size() + others.size(), step = total / most + 1;
-  std::vector<double> centres;
+  std::vector<double> centers;
   Vec3 middle;
   for (int axis = 0; axis < 3; ++axis) {
-    centres.clear();
+    centers.clear();
     for (std::size_t i = 0; i < total; i += step) {
       const math::Bounds box =
           i < triangles.size() ? triangles.bounds_of(static_cast<std::uint32_t>(i)) : others[i - triangles.size()].box;
-      centres.push_back(box.centre()[axis]);
+      centers.push_back(box.center()[axis]);
     }
-    const auto half = centres.begin() + static_cast<std::ptrdiff_t>(centres.size() / 2);
-    std::nth_element(centres.begin(), half, centres.end());
+    const auto half = centers.begin() + static_cast<std::ptrdiff_t>(centers.size() / 2);
+    std::nth_element(centers.begin(), half, centers.end());
     middle[axis] = *half;
   }
   return middle;
@@ -76,6 +70,11 @@ class WideBuilder {
   }
 
  private:
+  struct Part {
+    Range range;
+    Extent extent;
+    bool is_leaf() const { return range.size() + extent.others * (weight_of_other - 1) <= leaf_capacity; }
+  };
   struct Task {
     Part part;
     int depth;
@@ -126,7 +125,7 @@ class WideBuilder {
     Range range = part.range;
     std::size_t left_count = 0;
     if (depth < depth_of_sah) {
-      const Binning binning(part.extent.centres);
+      const Binning binning(part.extent.centers);
       const Bins bins = sum_over(range, [&](Range r) { return bins_of(r, binning); });
       const Split best = best_split(bins);
       if (best.axis >= 0) {
@@ -136,14 +135,14 @@ class WideBuilder {
       }
     }
     if (left_count == 0) {
-      const Box& centres = part.extent.centres;
-      const float x = centres.width(0), y = centres.width(1), z = centres.width(2);
+      const Box& centers = part.extent.centers;
+      const float x = centers.width(0), y = centers.width(1), z = centers.width(2);
       const int axis = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
       left_count = range.size() / 2;
       std::nth_element(
           range.begin(), range.begin() + static_cast<std::ptrdiff_t>(left_count), range.end(),
           [axis](const Reference& a, const Reference& b) {
-            const float ca = a.doubled_centre(axis), cb = b.doubled_centre(axis);
+            const float ca = a.doubled_center(axis), cb = b.doubled_center(axis);
             return ca != cb ? ca < cb : a.shape() != b.shape() ? a.shape() < b.shape() : a.index() < b.index();
           });
     }
@@ -184,8 +183,8 @@ class WideBuilder {
       const bool is_used = lane < count;
       const Box& box = parts[lane].extent.box;
       for (int axis = 0; axis < 3; ++axis) {
-        tree.nodes_[index].bounds[axis][lane] = is_used ? box.lower[axis] : HUGE_VALF;
-        tree.nodes_[index].bounds[axis + 3][lane] = is_used ? -box.minus_upper[axis] : -HUGE_VALF;
+        tree.nodes_[index].bounds[axis][lane] = is_used ? box.lower[axis] : math::float_infinity;
+        tree.nodes_[index].bounds[axis + 3][lane] = is_used ? -box.minus_upper[axis] : -math::float_infinity;
       }
       std::uint32_t child = WideTree::reference(WideTree::Sort::leaf, 0);
       if (is_used && defers && parts[lane].range.size() <= task_size_) {
@@ -238,16 +237,16 @@ class WideBuilder {
   static WideTree::TriangleBlock empty_triangle_block() {
     WideTree::TriangleBlock block{};
     for (auto& vertex : block.vertex) {
-      for (auto& coordinate : vertex) std::fill_n(coordinate, WideTree::width, std::numeric_limits<float>::quiet_NaN());
+      for (auto& coordinate : vertex) std::fill_n(coordinate, WideTree::width, math::float_nan);
     }
     return block;
   }
   static WideTree::SphereBlock empty_sphere_block() {
     WideTree::SphereBlock block{};
     for (auto& coordinate : block.center) {
-      std::fill_n(coordinate, WideTree::width, std::numeric_limits<float>::quiet_NaN());
+      std::fill_n(coordinate, WideTree::width, math::float_nan);
     }
-    std::fill_n(block.radius, WideTree::width, std::numeric_limits<float>::quiet_NaN());
+    std::fill_n(block.radius, WideTree::width, math::float_nan);
     return block;
   }
   void put(std::uint32_t triangle, std::size_t lane, WideTree::TriangleBlock& block) const {
@@ -314,15 +313,17 @@ class WideBuilder {
 };
 
 bool WideTree::can_hold(const math::Bounds& bounds) {
-  const double largest = math::max_component(bounds.extent());
-  return largest < 1e15 && (largest > 1e-15 || largest == 0);
+  const double size = math::max_component(bounds.extent());
+  if (size == 0) return true;
+  const double farthest = math::max_component(math::max(math::abs(bounds.lower), math::abs(bounds.upper)));
+  return size > 1e-12 && size < 1e15 && farthest < 0x1p24 * size;
 }
 
 WideTree::WideTree(const TriangleSet& triangles, std::span<const OtherEntry> others, const ParallelFor& parallel_for) {
   for (const Vec3& p : triangles.positions) bounds_.include(p);
   for (const OtherEntry& other : others) bounds_.include(other.box);
   if (!bounds_.is_empty()) {
-    origin_ = typical_centre(triangles, others);
+    origin_ = typical_center(triangles, others);
     reach_ = math::max_component(math::max(math::abs(bounds_.lower - origin_), math::abs(bounds_.upper - origin_)));
   }
   WideBuilder(triangles, others, parallel_for, *this).build();

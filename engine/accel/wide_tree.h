@@ -38,7 +38,8 @@ class WideTree {
   /// same tree whatever `parallel_for` does.
   WideTree(const TriangleSet& triangles, std::span<const OtherEntry> others, const ParallelFor& parallel_for);
 
-  /// Whether single precision reaches that far with room for products.
+  /// Whether single precision reaches that far with room for products, and rounds more than double precision does so
+  /// far from the origin: else what looks certain here may be in doubt there.
   static bool can_hold(const math::Bounds& bounds);
 
   /// lower x, y, z, upper x, y, z of each child. Missing children have boxes that nothing meets, and lead to an empty
@@ -61,7 +62,7 @@ class WideTree {
     alignas(64) float vertex[3][3][width];
     std::uint32_t triangle[width];
   };
-  /// Centre and radius by lane; those of unused lanes are no numbers.
+  /// Center and radius by lane; those of unused lanes are no numbers.
   struct SphereBlock {
     alignas(64) float center[3][width], radius[width];
     std::uint32_t item[width];

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -10,20 +11,50 @@
 #include "engine/accel/queries.h"
 #include "engine/accel/wide_tree.h"
 #include "engine/accel/world.h"
+#include "engine/math/constants.h"
 
 namespace penumbra::accel {
 
-/// The best hit so far. `limit` is just beyond its t, so that a hit at equal t still gets to compete.
-struct Nearest {
-  std::optional<Hit> hit;
-  double limit;
+/// The nearest hit so far, and those so near to it that they may be hits of surfaces that coincide: of these, which is
+/// met depends on what they are. Whatever order they are offered in, the same are kept.
+class Nearest {
+ public:
+  explicit Nearest(double limit_of_t = math::infinity) : limit(limit_of_t) {}
 
-  void offer(double t, SurfaceId surface, double b1, double b2) {
-    if (hit && (t > hit->t || (t == hit->t && surface > hit->surface))) return;
-    hit = Hit{t, surface, b1, b2};
-    limit = math::next_up(t);
+  /// Hits from there on are of no interest.
+  double limit;
+  void offer(const Hit& hit) {
+    if (!(hit.t < limit)) return;
+    if (count_ == 0 || hit.t < nearest_t_) narrow(hit.t);
+    if (count_ == capacity) drop_farthest();
+    hits_[count_++] = hit;
   }
+  std::span<const Hit> hits() const { return {hits_.data(), count_}; }
+  /// Of t: what is taken for rounding at most, and thereby how far apart hits of coinciding surfaces may be.
+  static constexpr double most_error = 0x1p-24, band = 2 * most_error;
+
+ private:
+  static constexpr std::size_t capacity = 8;
+  void narrow(double t) {
+    nearest_t_ = t, limit = std::min(limit, math::next_up(t * (1 + band)));
+    count_ = static_cast<std::size_t>(std::remove_if(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(count_),
+                                                     [&](const Hit& hit) { return !(hit.t < limit); }) -
+                                      hits_.begin());
+  }
+  void drop_farthest() {
+    const auto end = hits_.begin() + static_cast<std::ptrdiff_t>(count_);
+    const auto is_nearer = [](const Hit& a, const Hit& b) { return a.t != b.t ? a.t < b.t : a.surface < b.surface; };
+    std::swap(*std::max_element(hits_.begin(), end, is_nearer), hits_[--count_]);
+  }
+
+  std::array<Hit, capacity> hits_;
+  std::size_t count_ = 0;
+  double nearest_t_ = 0;
 };
+
+/// Of surfaces that coincide, within rounding, with the nearest one, a ray meets an opaque one before any that
+/// transmits, else the first in the scene.
+std::optional<Hit> first_met(const World& world, const geometry::PreparedRay& ray, const Nearest& nearest);
 
 /// Triangles and what they belong to: a mesh's to one item, the world's own to patches.
 class OwnedTriangles {
@@ -60,6 +91,17 @@ class OwnedTriangles {
   std::uint32_t mesh_ = none;
 };
 
+/// The ray in the space of a placement.
+geometry::PreparedRay to_local(const Placement& placement, const geometry::PreparedRay& ray);
+
+/// Calls use(mesh, ray) with the ray in the mesh's space.
+template <class Use>
+auto in_mesh_space(const World& world, const Item& item, const geometry::PreparedRay& ray, const Use& use) {
+  const MeshShape& mesh = world.meshes[item.index];
+  if (item.placement == no_placement) return use(mesh, ray);
+  return use(mesh, to_local(world.placements[item.placement], ray));
+}
+
 /// An item of the tree that is not a triangle: `find_in_item` offers its nearest crossing, `cross_item` adds its
 /// crossings and tells whether it is opaque and crossed.
 void find_in_item(const World& world, std::uint32_t item, const geometry::PreparedRay& ray, const SurfaceId& self,
@@ -77,7 +119,8 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
 /// The same of up to bundle_width rays at once, which all leave `self`, with a place for each to find.
 void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                      std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest);
-/// Likewise, with `crossed` for each; returns the rays that met something opaque, one bit each.
+/// The same question as walk_to_opaque, with a `crossed` for each ray; returns the rays that met something opaque, one
+/// bit each.
 unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                         std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
                         Crossed* crossed);

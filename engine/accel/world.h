@@ -36,12 +36,27 @@ struct MeshShape {
 /// A patch is triangles of the world's own; a mesh has a structure of its own.
 enum class Kind : std::uint8_t { patch, sphere, plane, tube, cylinder, mesh };
 
+/// Whether a segment that leaves the surface on its outer side cannot meet it again.
+constexpr bool is_convex(Kind kind) {
+  switch (kind) {
+    case Kind::sphere:
+    case Kind::plane:
+    case Kind::tube:
+    case Kind::cylinder:
+      return true;
+    case Kind::patch:
+    case Kind::mesh:
+      break;
+  }
+  return false;
+}
+
 /// Rays are taken into the space of a placed item, where t keeps its meaning.
 struct Placement {
   math::Affine local_to_world, world_to_local;
 };
 inline constexpr std::uint32_t no_item = 0xffffffff;
-inline constexpr std::uint32_t not_placed = 0xffffffff;
+inline constexpr std::uint32_t no_placement = 0xffffffff;
 
 /// One thing rays can meet. `index` points into the array of its kind – for a patch, to the first of its triangles –,
 /// `placement` into World::placements. Patches and planes are never placed: their world-space values are exact enough.
@@ -49,7 +64,7 @@ struct Item {
   Kind kind = Kind::patch;
   bool is_opaque = true;
   std::uint32_t index = 0;
-  std::uint32_t placement = not_placed;
+  std::uint32_t placement = no_placement;
 };
 
 /// Every surface of a scene, in the scene's order: an item's index is its SurfaceId::item, and decides ties; for a
@@ -68,6 +83,10 @@ struct World {
   Structure structure;  // over the finite items
   std::vector<std::uint32_t> infinite_items;
 };
+
+/// What the coordinates of a point may be off after a map, for each of its own off by up to `rounding` and no larger
+/// than those of `reach`.
+double rounding_after(const math::Affine& map, const Vec3& reach, double rounding);
 
 /// Encloses everything in the structure; may be empty, or without end where there is no telling.
 math::Bounds bounds_of(const Structure& structure);

@@ -33,12 +33,13 @@ struct PlaneShape {
   Vec3 point, normal;
 };
 
-/// Crossings with t > 0 (beyond the rounding error of t) of the ray origin + t·direction. The direction need not be
-/// unit. With `self`, the crossing at the origin itself is left out exactly and any other one is found stably.
-Crossings crossings(const SphereShape& sphere, const Vec3& origin, const Vec3& direction, SelfPart self);
-Crossings crossings(const TubeShape& tube, const Vec3& origin, const Vec3& direction, SelfPart self);
-Crossings crossings(const CylinderShape& cylinder, const Vec3& origin, const Vec3& direction, SelfPart self);
-Crossings crossings(const PlaneShape& plane, const Vec3& origin, const Vec3& direction, SelfPart self);
+/// Crossings with t > 0, beyond the rounding error of t, and t < limit. With `self`, the crossing at the origin itself
+/// is left out exactly and any other one is found stably; so is the crossing at the segment's end, if that lies on the
+/// surface.
+Crossings crossings(const SphereShape& sphere, const Segment& segment, SelfPart self);
+Crossings crossings(const TubeShape& tube, const Segment& segment, SelfPart self);
+Crossings crossings(const CylinderShape& cylinder, const Segment& segment, SelfPart self);
+Crossings crossings(const PlaneShape& plane, const Segment& segment, SelfPart self);
 
 /// The surface point nearest to `near`, a rounded point of crossing on part `part`.
 SurfacePoint surface_at(const SphereShape& sphere, const Vec3& near, std::uint32_t part);

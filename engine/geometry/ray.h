@@ -2,6 +2,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "engine/math/constants.h"
+#include "engine/math/error_free.h"
 #include "engine/math/vec3.h"
 
 namespace penumbra::geometry {
@@ -23,5 +25,22 @@ struct Ray {
   Vec3 origin, direction;
   SurfaceId self;
 };
+
+/// The points origin + t·direction with 0 < t < limit; the direction need not be unit. A limit that is finite is where
+/// something lies that is looked at: a surface through it, within rounding, is not crossed there. `rounding` is what
+/// the coordinates may be off, beyond a few roundings of their own.
+struct Segment {
+  Vec3 origin, direction;
+  double limit = math::infinity;
+  double rounding = 0;
+
+  bool has_end() const { return limit < math::infinity; }
+};
+
+/// What the coordinates of a segment's end may be off by roundings of its own coordinates, and because it starts beside
+/// its surface by some more.
+inline double rounding_of_end(const Vec3& origin, const Vec3& direction, double limit) {
+  return math::gamma(64) * (math::taxicab(origin) + math::taxicab(direction) * limit);
+}
 
 }  // namespace penumbra::geometry

@@ -1,4 +1,7 @@
 #pragma once
+#include <cassert>
+#include <cstdint>
+
 #include "engine/geometry/ray.h"
 #include "engine/math/error_free.h"
 #include "engine/math/vec3.h"
@@ -13,13 +16,17 @@ struct SurfacePoint {
   Vec3 shading_normal;  // unit; the interpolated one of a smooth mesh, else `normal`
 };
 
-/// Up to two crossings of a closed surface, in ascending order of t; `part` as in SurfaceId.
+/// The crossings of a closed convex surface, which are two at most, in ascending order of t; `part` as in SurfaceId.
 struct Crossings {
+  static constexpr int capacity = 2;
   int count = 0;
-  double t[2]{};
-  std::uint32_t part[2]{};
+  double t[capacity]{};
+  std::uint32_t part[capacity]{};
 
-  void add(double distance, std::uint32_t which) { t[count] = distance, part[count] = which, ++count; }
+  void add(double distance, std::uint32_t which) {
+    assert(count < capacity);
+    t[count] = distance, part[count] = which, ++count;
+  }
 };
 
 /// The nearest representable start for a ray that leaves `at` towards `direction`: moved along the normal, to the side

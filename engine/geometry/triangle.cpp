@@ -1,5 +1,6 @@
 #include "engine/geometry/triangle.h"
 
+#include "engine/math/constants.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::geometry {
@@ -38,6 +39,18 @@ struct Sheared {
     const double t = (u * (ray.shear_z * z[0]) + v * (ray.shear_z * z[1]) + w * (ray.shear_z * z[2])) * inverse;
     return {t, v * inverse, w * inverse};
   }
+
+  /// A bound, after PBR (4th ed.) section 6.8.7.
+  double error_of_t(double u, double v, double w, const PreparedRay& ray) const {
+    const auto largest = [](const double* c) {
+      return std::max(std::fabs(c[0]), std::max(std::fabs(c[1]), std::fabs(c[2])));
+    };
+    const double max_x = largest(x), max_y = largest(y), depth = largest(z), max_z = std::fabs(ray.shear_z) * depth;
+    const double delta_x = gamma(5) * (max_x + depth), delta_y = gamma(5) * (max_y + depth), delta_z = gamma(3) * max_z;
+    const double delta_e = 2 * (gamma(2) * max_x * max_y + delta_y * max_x + delta_x * max_y);
+    const double max_e = std::max(std::fabs(u), std::max(std::fabs(v), std::fabs(w)));
+    return 3 * (gamma(3) * max_e * max_z + delta_e * max_z + delta_z * max_e) * std::fabs(1 / (u + v + w));
+  }
 };
 
 }  // namespace
@@ -61,19 +74,21 @@ std::optional<TriangleHit> intersect(const TriangleVertices& triangle, const Pre
   const TriangleHit hit = s.hit(u, v, w, ray);
   if (!(hit.t > 0 && hit.t < limit)) return std::nullopt;
   // A hit closer than the rounding error of t may be an artefact: the origin lies on a neighbour of this triangle.
-  // Error bounds of the products above, after PBR (4th ed.) section 6.8.7.
-  const auto largest = [](const double* c) {
-    return std::max(std::fabs(c[0]), std::max(std::fabs(c[1]), std::fabs(c[2])));
-  };
-  const double max_x = largest(s.x), max_y = largest(s.y), max_z = std::fabs(ray.shear_z) * largest(s.z);
-  const double depth = largest(s.z);
-  const double delta_x = gamma(5) * (max_x + depth), delta_y = gamma(5) * (max_y + depth), delta_z = gamma(3) * max_z;
-  const double delta_e = 2 * (gamma(2) * max_x * max_y + delta_y * max_x + delta_x * max_y);
-  const double max_e = std::max(std::fabs(u), std::max(std::fabs(v), std::fabs(w)));
-  const double delta_t =
-      3 * (gamma(3) * max_e * max_z + delta_e * max_z + delta_z * max_e) * std::fabs(1 / determinant);
-  if (hit.t <= delta_t) return std::nullopt;
+  if (hit.t <= s.error_of_t(u, v, w, ray)) return std::nullopt;
   return hit;
+}
+
+double error_of_t(const TriangleVertices& triangle, const PreparedRay& ray) {
+  const Sheared s(triangle, ray);
+  return s.error_of_t(s.x[2] * s.y[1] - s.y[2] * s.x[1], s.x[0] * s.y[2] - s.y[0] * s.x[2],
+                      s.x[1] * s.y[0] - s.y[1] * s.x[0], ray);
+}
+
+bool crosses(const TriangleVertices& triangle, const PreparedRay& ray, double limit) {
+  if (!intersect(triangle, ray, limit)) return false;
+  if (limit == math::infinity) return true;
+  const double rounding = ray.rounding + rounding_of_end(ray.origin, ray.direction, limit);
+  return TrianglePlane(triangle).side(ray.origin + ray.direction * limit, rounding) != 0;
 }
 
 TriangleHit intersect_certainly(const TriangleVertices& triangle, const PreparedRay& ray) {
@@ -86,7 +101,7 @@ Vec3 normal_of(const TriangleVertices& triangle) {
   const Vec3 e = triangle.v1 - triangle.v0, f = triangle.v2 - triangle.v0;
   const Vec3 n{math::difference_of_products(e.y, f.z, e.z, f.y), math::difference_of_products(e.z, f.x, e.x, f.z),
                math::difference_of_products(e.x, f.y, e.y, f.x)};
-  return math::max_component(math::abs(n)) > 0 ? math::normalize(n) : Vec3{};
+  return math::normalize_or(n, {});
 }
 
 SurfacePoint point_on(const TriangleVertices& triangle, double b1, double b2) {

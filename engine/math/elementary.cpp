@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/math/constants.h"
+
 namespace penumbra::math {
 namespace {
 
@@ -89,11 +91,17 @@ double power(double base, double exponent) {
       binary_exponent == 0 ? fraction.low : fraction.high - (log2_base - binary_exponent) + fraction.low;
   const double log2_power = exponent * log2_base;
   if (log2_power < -1080) return 0;
-  if (log2_power > 1030) return HUGE_VAL;
+  if (log2_power > 1030) return math::infinity;
   const double power_rest = std::fma(exponent, log2_base, -log2_power) + exponent * log2_rest;
   const double whole = std::nearbyint(log2_power);
   constexpr double ln_2 = 0.69314718055994530942;
   return std::ldexp(exp_near_zero(((log2_power - whole) + power_rest) * ln_2), static_cast<int>(whole));
+}
+
+double power_of_two(double exponent) {
+  constexpr double ln_2 = 0.69314718055994530942;
+  const double whole = std::nearbyint(exponent);
+  return std::ldexp(exp_near_zero((exponent - whole) * ln_2), static_cast<int>(whole));
 }
 
 double arc_tangent(double y, double x) {

@@ -26,6 +26,7 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 inline Vec3 abs(const Vec3& a) { return {std::fabs(a.x), std::fabs(a.y), std::fabs(a.z)}; }
 inline Vec3 min(const Vec3& a, const Vec3& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 inline Vec3 max(const Vec3& a, const Vec3& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
+inline double taxicab(const Vec3& a) { return std::fabs(a.x) + std::fabs(a.y) + std::fabs(a.z); }
 inline double max_component(const Vec3& a) { return std::max(a.x, std::max(a.y, a.z)); }
 inline bool is_finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
@@ -47,6 +48,12 @@ inline Vec3 normalize(const Vec3& a) {
   const int exponent = std::ilogb(max_component(abs(a)));
   const Vec3 scaled{std::scalbn(a.x, -exponent), std::scalbn(a.y, -exponent), std::scalbn(a.z, -exponent)};
   return scaled * (1 / std::sqrt(dot(scaled, scaled)));
+}
+
+/// `a` at unit length, or `otherwise` where it is zero: of a short vector far from the origin rounding may leave
+/// nothing.
+inline Vec3 normalize_or(const Vec3& a, const Vec3& otherwise) {
+  return max_component(abs(a)) > 0 ? normalize(a) : otherwise;
 }
 
 /// Two unit vectors that complete the unit vector `n` to a right-handed orthonormal frame (u, v, n).

@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <future>
 #include <stdexcept>
@@ -13,26 +14,35 @@
 namespace penumbra::output {
 namespace {
 
-WriteImage load_module() {
+struct Module {
+  WriteImage write;
+  ReadImage read;
+};
+
+Module load_module() {
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
   const std::filesystem::path module = program.parent_path().parent_path() / "lib" / "penumbra_image.so";
   void* handle = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
   // Called once, by one thread; glibc keeps the text per thread. NOLINTNEXTLINE(concurrency-mt-unsafe)
   if (handle == nullptr) throw std::runtime_error(std::string("cannot load the image writer: ") + dlerror());
-  void* symbol = dlsym(handle, write_image_symbol);
-  if (symbol == nullptr) throw std::runtime_error("the image writer has no " + std::string(write_image_symbol));
-  return reinterpret_cast<WriteImage>(symbol);
+  const auto symbol = [&](const char* name) {
+    void* const found = dlsym(handle, name);
+    if (found == nullptr) throw std::runtime_error("the image writer has no " + std::string(name));
+    return found;
+  };
+  return {reinterpret_cast<WriteImage>(symbol(write_image_symbol)),
+          reinterpret_cast<ReadImage>(symbol(read_image_symbol))};
 }
 
 /// Loading takes a fifth of a second, so it runs beside whatever else there is to do, once.
-const std::shared_future<WriteImage>& image_writer() {
-  static const std::shared_future<WriteImage> writer = std::async(std::launch::async, load_module).share();
-  return writer;
+const std::shared_future<Module>& image_module() {
+  static const std::shared_future<Module> module = std::async(std::launch::async, load_module).share();
+  return module;
 }
 
 }  // namespace
 
-void preload() { image_writer(); }
+void preload() { image_module(); }
 
 Encoding encoding_of(const scene::Options& options) { return {options.format, options.transfer, options.bit_depth}; }
 
@@ -46,9 +56,19 @@ std::string encode(const render::Film& film, const Encoding& encoding) {
                                     : png_bytes(film.width, film.height, to_8_bit(film, encoding.transfer));
   }
   ImageResult result;
-  image_writer().get()({film.width, film.height, film.rgb.data(), "exr"}, &result);
+  image_module().get().write({film.width, film.height, film.rgb.data(), "exr"}, &result);
   if (!result.is_written) throw std::runtime_error("cannot write the image: " + result.bytes_or_reason);
   return std::move(result.bytes_or_reason);
+}
+
+render::Film decode_png(std::string_view png) {
+  ReadResult read;
+  image_module().get().read(png, &read);
+  if (read.width == 0) throw std::runtime_error("cannot read the image: " + read.reason);
+  render::Film film = render::Film::unwritten(read.width, read.height);
+  std::transform(read.rgb.begin(), read.rgb.end(), film.rgb.begin(),
+                 [](float value) { return static_cast<float>(linear_from_srgb(value)); });
+  return film;
 }
 
 }  // namespace penumbra::output

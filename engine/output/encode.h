@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <string_view>
 
 #include "engine/render/film.h"
 #include "engine/scene/options.h"
@@ -22,7 +23,10 @@ std::string media_type(scene::ImageFormat format);
 /// unclamped. The same film gives the same bytes. Throws std::runtime_error when the writer is missing or fails.
 std::string encode(const render::Film& film, const Encoding& encoding);
 
-/// Starts loading the EXR writer in the background; `encode` waits for it. PNG needs no loading.
+/// The picture in a PNG file of sRGB values, in linear light. Throws std::runtime_error when it cannot be read.
+render::Film decode_png(std::string_view png);
+
+/// Starts loading the EXR writer, and PNG reader, in the background; `encode` waits for it. PNG needs no loading.
 void preload();
 
 }  // namespace penumbra::output

@@ -10,6 +10,7 @@ namespace {
 
 using penumbra::output::ImageRequest;
 using penumbra::output::ImageResult;
+using penumbra::output::ReadResult;
 
 ImageResult write(const ImageRequest& request) {
   const std::string name = std::string("image.") + request.file_format;
@@ -26,11 +27,31 @@ ImageResult write(const ImageRequest& request) {
   return {true, std::string(bytes.begin(), bytes.end())};
 }
 
+ReadResult read(std::string_view png) {
+  OIIO::Filesystem::IOMemReader source(png.data(), png.size());
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open("image.png", nullptr, &source);
+  if (!input) return {0, 0, {}, OIIO::geterror()};
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.nchannels < 3) return {0, 0, {}, "it is not in color"};
+  ReadResult result{spec.width, spec.height, std::vector<float>(3 * spec.image_pixels()), {}};
+  if (!input->read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, result.rgb.data())) return {0, 0, {}, input->geterror()};
+  return result;
+}
+
+/// Its own threads would compete with the render pool for nothing.
+void use_one_thread() {
+  static const bool is_single_threaded = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
+  static_cast<void>(is_single_threaded);
+}
+
 }  // namespace
 
 extern "C" void penumbra_write_image(const ImageRequest& request, ImageResult* result) {
-  // Its own threads would compete with the render pool for nothing.
-  static const bool is_single_threaded = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
-  static_cast<void>(is_single_threaded);
+  use_one_thread();
   *result = write(request);
+}
+
+extern "C" void penumbra_read_image(std::string_view png, ReadResult* result) {
+  use_one_thread();
+  *result = read(png);
 }

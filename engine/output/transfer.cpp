@@ -6,15 +6,16 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/math/constants.h"
 #include "engine/math/elementary.h"
 
 namespace penumbra::output {
-namespace {
 
-/// IEC 61966-2-1 for an encoded value in [0, 1].
 double linear_from_srgb(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : math::power((encoded + 0.055) / 1.055, 2.4);
 }
+
+namespace {
 
 constexpr double half = 0.5;  // truncating x + half rounds x ≥ 0 to nearest
 
@@ -34,7 +35,7 @@ class SrgbLevels {
       if (first < limit) first = std::nextafter(first, 1.0F);
       upper_[level] = std::bit_cast<std::uint32_t>(first);
     }
-    upper_[top] = std::bit_cast<std::uint32_t>(HUGE_VALF);
+    upper_[top] = std::bit_cast<std::uint32_t>(math::float_infinity);
     for (std::uint32_t bucket = 0, level = 0; bucket <= buckets; ++bucket) {
       while (upper_[level] <= first_bits + (bucket << shift)) ++level;
       start_[bucket] = static_cast<Level>(level);

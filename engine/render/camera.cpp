@@ -29,11 +29,11 @@ Camera::Camera(const scene::Camera& camera, int width, int height)
   if (camera.lens) aperture_radius_ = camera.lens->aperture_radius, focus_distance_ = camera.lens->focus_distance;
 }
 
-std::optional<accel::Shaft> Camera::shaft(double left, double top, double right, double bottom) const {
+std::optional<accel::HalfSpaces> Camera::pyramid(double left, double top, double right, double bottom) const {
   if (is_orthographic_ || has_lens()) return std::nullopt;
   const auto towards = [&](double x, double y) { return ray(x, y, {0, 0}).direction; };
-  return accel::Shaft(position_,
-                      {towards(left, top), towards(right, top), towards(right, bottom), towards(left, bottom)}, true);
+  return accel::pyramid(position_,
+                        {towards(left, top), towards(right, top), towards(right, bottom), towards(left, bottom)}, true);
 }
 
 shading::PixelWidth Camera::pixel_width() const {

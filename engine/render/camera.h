@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "engine/accel/shaft.h"
+#include "engine/accel/half_spaces.h"
 #include "engine/geometry/ray.h"
 #include "engine/sampling/patterns.h"
 #include "engine/scene/camera.h"
@@ -14,12 +14,12 @@ class Camera {
  public:
   Camera(const scene::Camera& camera, int width, int height);
 
-  /// Through the image position (x, y) in pixels from the top left corner – the first pixel's centre is (½, ½) – and
+  /// Through the image position (x, y) in pixels from the top left corner – the first pixel's center is (½, ½) – and
   /// the point `lens` of the unit disc. The direction is unit.
   geometry::Ray ray(double x, double y, const sampling::Point2& lens) const;
   /// Encloses every ray through the image positions in these ranges (pixels, as for `ray`); nothing where rays do not
   /// start from one point.
-  std::optional<accel::Shaft> shaft(double left, double top, double right, double bottom) const;
+  std::optional<accel::HalfSpaces> pyramid(double left, double top, double right, double bottom) const;
   shading::PixelWidth pixel_width() const;
   bool has_lens() const { return aperture_radius_ > 0; }
 

@@ -18,9 +18,11 @@ class Canvas {
     int left, top, right, bottom;  // pixels, right and bottom exclusive
   };
 
-  /// `backdrop`, if any, shows where no tile is done yet; it must be as large.
-  Canvas(int width, int height, std::shared_ptr<const Film> backdrop = nullptr)
-      : film_(std::make_shared<Film>(Film::unwritten(width, height))),
+  /// Every color that is set counts `gain` times. `backdrop`, if any, shows where no tile is done yet; it must be as
+  /// large.
+  Canvas(int width, int height, double gain = 1, std::shared_ptr<const Film> backdrop = nullptr)
+      : gain_(gain),
+        film_(std::make_shared<Film>(Film::unwritten(width, height))),
         backdrop_(std::move(backdrop)),
         columns_((width + tile_edge - 1) / tile_edge),
         rows_((height + tile_edge - 1) / tile_edge),
@@ -33,7 +35,9 @@ class Canvas {
   }
   void set(int column, int row, const math::Color& color) {
     float* rgb = film_->rgb.data() + film_->offset(column, row);
-    rgb[0] = static_cast<float>(color.r), rgb[1] = static_cast<float>(color.g), rgb[2] = static_cast<float>(color.b);
+    const math::Color exposed = color * gain_;
+    rgb[0] = static_cast<float>(exposed.r), rgb[1] = static_cast<float>(exposed.g),
+    rgb[2] = static_cast<float>(exposed.b);
   }
   void mark_done(int index) { is_done_[static_cast<std::size_t>(index)].store(true, std::memory_order_release); }
 
@@ -43,6 +47,7 @@ class Canvas {
   std::shared_ptr<const Film> film() const;
 
  private:
+  double gain_;
   std::shared_ptr<Film> film_;
   std::shared_ptr<const Film> backdrop_;
   int columns_, rows_;

@@ -8,6 +8,7 @@
 #include "engine/accel/tree.h"
 #include "engine/accel/wide_tree.h"
 #include "engine/geometry/polygon.h"
+#include "engine/math/constants.h"
 #include "engine/render/compile_lights.h"
 
 namespace penumbra::render {
@@ -48,24 +49,44 @@ accel::Structure structure_over(const accel::TriangleSet& triangles, std::span<c
 }
 
 /// Whether it casts the shadow of a disc.
-bool is_soft(const scene::Light& light) {
-  return std::visit(
-      [](const auto& l) {
-        using Type = std::remove_cvref_t<decltype(l)>;
-        if constexpr (std::is_same_v<Type, scene::PointLight> || std::is_same_v<Type, scene::SpotLight>) {
-          return l.radius > 0;
-        } else if constexpr (std::is_same_v<Type, scene::DirectionalLight>) {
-          return l.angular_radius_degrees > 0;
-        } else {
-          return false;
-        }
-      },
-      light);
+bool is_disc(const scene::Light& light) {
+  return std::visit([](const auto& l) { return form_of(l) == scene::Form::disc; }, light);
+}
+
+bool is_area(const scene::Light& light) {
+  return std::visit([](const auto& l) { return form_of(l) == scene::Form::area; }, light);
 }
 
 /// Whether a tree chooses its own boxes, whatever the objects are.
 bool has_own_tree(scene::Acceleration acceleration) {
   return acceleration == scene::Acceleration::median || acceleration == scene::Acceleration::bvh;
+}
+
+/// `back` undoes the mesh's transform. Not unit again, so that what is interpolated is the same as of an instance,
+/// which is mapped afterwards.
+Vec3 mapped_normal(const Vec3& normal, const Affine& back) {
+  return normal == Vec3{} ? normal : back.transposed_vector(math::normalize(normal));
+}
+
+/// A corner without a normal has its triangle's: beside others that have one it becomes a vertex of its own.
+/// `triangles` ends with those of the mesh.
+void split_corners_without_normal(const scene::Mesh& mesh, const Affine& back, accel::TriangleSet& triangles) {
+  const std::size_t first = triangles.size() - mesh.triangles.size();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto is_without = [&](std::uint32_t vertex) { return triangles.normals[vertex] == Vec3{}; };
+    std::array<std::uint32_t, 3>& corners = triangles.corners[first + i];
+    const auto count = std::ranges::count_if(corners, is_without);
+    if (count == 0 || count == 3) continue;
+    const auto& [a, b, c] = mesh.triangles[i];
+    const Vec3 normal = math::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    for (std::uint32_t& corner : corners) {
+      if (!is_without(corner)) continue;
+      const Vec3 position = triangles.positions[corner];
+      triangles.positions.push_back(position);
+      triangles.normals.push_back(mapped_normal(normal, back));
+      corner = static_cast<std::uint32_t>(triangles.positions.size() - 1);
+    }
+  }
 }
 
 /// Appends the mesh, transformed, to `triangles`.
@@ -86,9 +107,9 @@ void append(const scene::Mesh& mesh, const Affine& transform, accel::TriangleSet
   if (mesh.normals.empty() && triangles.normals.empty()) return;
   triangles.normals.resize(first);
   const Affine back = math::inverse(transform);
-  // Not unit again, so that what is interpolated is the same as of an instance, which is mapped afterwards.
-  for (const Vec3& normal : mesh.normals) triangles.normals.push_back(back.transposed_vector(math::normalize(normal)));
+  for (const Vec3& normal : mesh.normals) triangles.normals.push_back(mapped_normal(normal, back));
   triangles.normals.resize(triangles.positions.size());
+  if (!mesh.normals.empty()) split_corners_without_normal(mesh, back, triangles);
 }
 
 accel::MeshShape compiled(const scene::Mesh& mesh, const Affine& transform, bool has_soft_lights,
@@ -109,7 +130,7 @@ class Compiler {
   Compiler(const scene::Description& description, const CompileSettings& settings)
       : description_(description),
         settings_(settings),
-        has_soft_lights_(std::ranges::any_of(description.lights, is_soft)) {
+        has_soft_lights_(std::ranges::any_of(description.lights, is_disc)) {
     for (const scene::Mesh& mesh : description.meshes)
       world_.meshes.push_back(compiled(mesh, {}, has_soft_lights_, settings));
   }
@@ -120,8 +141,7 @@ class Compiler {
     if (!world_.triangles.normals.empty()) world_.triangles.normals.resize(world_.triangles.positions.size());
     build_tree(root);
     if (has_soft_lights_) scene.typical_edge = typical_edge();
-    const auto is_rectangle = [](const scene::Light& l) { return std::holds_alternative<scene::RectangleLight>(l); };
-    if (std::ranges::any_of(description_.lights, is_rectangle)) scene.extent = extent();
+    if (std::ranges::any_of(description_.lights, is_area)) scene.extent = extent();
     scene.world = std::move(world_);
     scene.materials = std::move(materials_);
     scene.item_material = std::move(item_material_);
@@ -144,7 +164,7 @@ class Compiler {
     return grouping;
   }
 
-  void add_item(accel::Kind kind, std::size_t index, std::uint32_t placement = accel::not_placed) {
+  void add_item(accel::Kind kind, std::size_t index, std::uint32_t placement = accel::no_placement) {
     const bool is_opaque = !materials_[material_].transmits;
     world_.is_opaque = world_.is_opaque && is_opaque;
     world_.items.push_back({kind, is_opaque, static_cast<std::uint32_t>(index), placement});
@@ -152,7 +172,7 @@ class Compiler {
   }
 
   std::uint32_t place(const Affine& transform) {
-    if (transform == Affine{}) return accel::not_placed;
+    if (transform == Affine{}) return accel::no_placement;
     world_.placements.push_back({transform, math::inverse(transform)});
     return static_cast<std::uint32_t>(world_.placements.size() - 1);
   }
@@ -217,7 +237,7 @@ class Compiler {
 
   void build_tree(accel::Grouping& root) {
     std::vector<accel::OtherEntry> others;
-    std::vector<std::uint32_t> entry_of(world_.items.size(), accel::not_placed);
+    std::vector<std::uint32_t> entry_of(world_.items.size(), accel::no_placement);
     for (std::uint32_t i = 0; i < world_.items.size(); ++i) {
       const accel::Item& item = world_.items[i];
       if (item.kind == accel::Kind::patch) {
@@ -229,7 +249,7 @@ class Compiler {
         world_.infinite_items.push_back(i);
       } else if (!box->is_empty()) {
         entry_of[i] = static_cast<std::uint32_t>(world_.triangles.size() + others.size());
-        const bool is_sphere = item.kind == accel::Kind::sphere && item.placement == accel::not_placed;
+        const bool is_sphere = item.kind == accel::Kind::sphere && item.placement == accel::no_placement;
         others.push_back({*box, i, is_sphere ? &world_.spheres[item.index] : nullptr});
       }
     }
@@ -259,7 +279,7 @@ class Compiler {
   static void renumber(accel::Grouping& grouping, const std::vector<std::uint32_t>& entry_of) {
     std::vector<std::uint32_t> kept;
     for (const std::uint32_t item : grouping.entries) {
-      if (entry_of[item] != accel::not_placed) kept.push_back(entry_of[item]);
+      if (entry_of[item] != accel::no_placement) kept.push_back(entry_of[item]);
     }
     grouping.entries = std::move(kept);
     for (accel::Grouping& group : grouping.groups) renumber(group, entry_of);
@@ -289,7 +309,7 @@ class Compiler {
       }
       skipped = i - run.count;
     }
-    if (lengths.empty()) return HUGE_VAL;
+    if (lengths.empty()) return math::infinity;
     const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
     std::nth_element(lengths.begin(), middle, lengths.end());
     return *middle;

@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "engine/math/elementary.h"
-#include "engine/math/error_free.h"
 
 namespace penumbra::render {
 namespace {
@@ -32,20 +31,8 @@ shading::Light compiled(const scene::DirectionalLight& light) {
   return shading::DistantLight{math::normalize(light.direction), light.intensity, sine / cosine};
 }
 shading::Light compiled(const scene::RectangleLight& light) {
-  const Vec3 normal = math::cross(light.edge_u, light.edge_v);
-  const double skew = std::fabs(math::dot(light.edge_u, light.edge_v));
-  const bool is_right_angled = skew <= math::gamma(16) * math::length(light.edge_u) * math::length(light.edge_v);
-  shading::RectangleLight result{light.corner,   light.edge_u,         light.edge_v,    math::normalize(normal),
-                                 light.radiance, math::length(normal), is_right_angled, {}};
-  result.around = {light.corner, light.edge_u, light.edge_v};
-  if (is_right_angled) return result;
-  const Vec3 along = math::normalize(light.edge_u), shift = along * math::dot(along, light.edge_v);
-  if (math::dot(shift, along) < 0) {
-    result.around = {light.corner + shift, light.edge_u - shift, light.edge_v - shift};
-  } else {
-    result.around = {light.corner, light.edge_u + shift, light.edge_v - shift};
-  }
-  return result;
+  return shading::RectangleLight{light.corner, light.edge_u, light.edge_v,
+                                 math::normalize(math::cross(light.edge_u, light.edge_v)), light.radiance};
 }
 shading::Light compiled(const scene::SphereLight& light) {
   return shading::SphereLight{light.center, light.radius, light.radiance};
@@ -74,7 +61,7 @@ class Lamps {
   explicit Lamps(const accel::World& world) {
     for (std::uint32_t i = 0; i < world.items.size(); ++i) {
       const accel::Item& item = world.items[i];
-      if (item.kind != accel::Kind::sphere || item.placement != accel::not_placed) continue;
+      if (item.kind != accel::Kind::sphere || item.placement != accel::no_placement) continue;
       const geometry::SphereShape& sphere = world.spheres[item.index];
       items_.emplace(key(sphere.center, sphere.radius), i);
     }

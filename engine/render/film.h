@@ -2,13 +2,13 @@
 #include <cstddef>
 #include <vector>
 
-#include "engine/render/large_pages.h"
+#include "engine/system/large_pages.h"
 
 namespace penumbra::render {
 
 /// A linear-light image, unclamped: row-major, top row first, three floats (r, g, b) a pixel.
 struct Film {
-  using Values = std::vector<float, LargePages<float>>;
+  using Values = std::vector<float, system::LargePages<float>>;
 
   int width = 0, height = 0;
   Values rgb;

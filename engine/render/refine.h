@@ -6,7 +6,9 @@
 
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
+#include "engine/render/pixel_rays.h"
 #include "engine/render/switches.h"
+#include "engine/render/tile_refiner.h"
 #include "engine/scene/options.h"
 #include "engine/shading/integrator.h"
 
@@ -22,19 +24,16 @@ struct Pass {
 /// A single pass at the options' sample counts; with a time budget, coarse to fine in steps of four up to them.
 std::vector<Pass> plan_passes(const scene::Options& options);
 
-/// Chooses and averages the samples of a pixel. Immutable; may be shared between threads.
+/// Chooses and averages the samples of a pass. Immutable; may be shared between threads. What it finds depends on seed,
+/// place and pass alone.
 class PixelSampler {
  public:
   PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options, const Pass& pass,
                const Switches& switches);
 
-  struct Pixel {
-    math::Color color;
-    double squared_error = 0;  // estimated, summed over the channels; 0 where clamping hides it
-  };
-  /// Fills in up to accel::bundle_width pixels side by side, of which `column` is the first. Each depends on seed,
-  /// place and pass alone.
-  void sample(int column, int row, std::span<Pixel> pixels, shading::Integrator& integrator) const;
+  /// The tile's blocks, row by row; left unfinished once `is_stopped`, which the integrator asks as well.
+  std::vector<Pixel> sample(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
+                            shading::Integrator& integrator) const;
 
   /// The color of every pixel of the tile, if it shows nothing but the background for certain.
   std::optional<math::Color> background_of(const Canvas::Tile& tile) const;
@@ -43,36 +42,22 @@ class PixelSampler {
   shading::Integrator integrator(const std::function<bool()>& is_stopped) const;
 
  private:
+  std::vector<Pixel> sample_blocks(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
+                                   shading::Integrator& integrator) const;
   Pixel with_camera_samples(int column, int row, shading::Integrator& integrator) const;
-  /// One go at a pixel: camera samples up to the cap or until they are good enough.
-  struct Attempt {
-    Pixel pixel;
-    bool is_good_enough;
-    double light_variance;  // the soft lights' part of the mean's variance, worst channel
-  };
-  Attempt attempt(const sampling::Key& key, int column, int row, const shading::DiscSampling& sampling,
-                  shading::Integrator& integrator) const;
-  sampling::Key pixel_key(int column, int row) const;
   /// One pixel, for its whole block.
   Pixel sample_block(int column, int row, shading::Integrator& integrator) const;
   Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
-  Pixel with_lens(int column, int row, shading::Integrator& integrator) const;
-  geometry::Ray centre_ray(int column, int row) const { return camera_.ray(column + 0.5, row + 0.5, {0, 0}); }
-  /// The ray through the pixel's centre meets `hit`.
-  Pixel with_centre_ray(int column, int row, const geometry::Ray& ray, const std::optional<accel::Hit>& hit,
-                        shading::Integrator& integrator) const;
-  /// With more and more shadow samples, as trace(sampling) finds them, until they are good enough.
-  template <class Trace>
-  Pixel refined(const Trace& trace) const;
-  /// Whether `target_error` allows to stop here.
-  bool is_good_enough(const shading::Variance& variance) const;
+  Pixel with_center_ray(const PixelRays::Center& center, shading::Integrator& integrator) const;
 
   const shading::Scene& scene_;
   const Camera& camera_;
   scene::Options options_;
   int stride_, samples_per_pixel_;
   Switches switches_;
-  std::vector<shading::DiscSampling> samplings_;  // ascending counts; the last is the cap
+  shading::DiscSampling sampling_;
+  PixelRays rays_;
+  std::optional<TileRefiner> refiner_;
 };
 
 }  // namespace penumbra::render

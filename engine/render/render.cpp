@@ -7,12 +7,13 @@
 #include <memory>
 #include <vector>
 
+#include "engine/math/elementary.h"
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
 #include "engine/render/compile.h"
-#include "engine/render/cores.h"
 #include "engine/render/refine.h"
 #include "engine/shading/integrator.h"
+#include "engine/system/cores.h"
 
 namespace penumbra::render {
 namespace {
@@ -21,27 +22,17 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-std::map<std::string, std::uint64_t> skipped(const shading::Counters& c, std::uint64_t merged_lights,
+std::map<std::string, std::uint64_t> skipped(const shading::Counters& counters, std::uint64_t merged_lights,
                                              std::uint64_t empty_tiles) {
-  return {{"area_samples_exact", c.area_samples_exact},
-          {"camera_rays_bundled", c.camera_rays_bundled},
-          {"empty_tiles", empty_tiles},
-          {"hidden_spheres", c.hidden_spheres},
-          {"lights_facing_away", c.lights_facing_away},
-          {"lights_without_effect", c.lights_without_effect},
-          {"merged_lights", merged_lights},
-          {"negligible_rays", c.negligible_rays},
-          {"shadow_rays_bundled", c.shadow_rays_bundled},
-          {"shadow_rays_covered", c.shadow_rays_covered},
-          {"shadow_rays_dark", c.shadow_rays_dark},
-          {"shadow_rays_listed", c.shadow_rays_listed},
-          {"shadow_rays_lit", c.shadow_rays_lit}};
+  std::map<std::string, std::uint64_t> result{{"empty_tiles", empty_tiles}, {"merged_lights", merged_lights}};
+  for (const auto& [name, count] : shading::by_name_of_work(counters)) result[name] = *count;
+  return result;
 }
 
 /// What painting a tile leaves behind. Summed in tile order, so that it depends on nothing else.
 struct TileRecord {
   shading::Counters counters;     // of every pass
-  std::uint64_t empty_tiles = 0;  // likewise
+  std::uint64_t empty_tiles = 0;  // of every pass
   double squared_error = 0;       // summed over pixels and channels, of the last pass that was finished
 };
 
@@ -49,8 +40,8 @@ struct TileRecord {
 bool paint(const Canvas::Tile& tile, int stride, const PixelSampler& sampler, const std::function<bool()>& is_stopped,
            bool skips_empty, Canvas& canvas, TileRecord& record) {
   const std::optional<math::Color> background = sampler.background_of(tile);
-  record.empty_tiles += background ? 1 : 0;
   if (background && skips_empty) {
+    ++record.empty_tiles;
     for (int y = tile.top; y < tile.bottom; ++y) {
       for (int x = tile.left; x < tile.right; ++x) canvas.set(x, y, *background);
     }
@@ -58,29 +49,19 @@ bool paint(const Canvas::Tile& tile, int stride, const PixelSampler& sampler, co
     return !is_stopped();
   }
   shading::Integrator integrator = sampler.integrator(is_stopped);
-  double squared_error = 0;
-  // One pixel for each block of several, or some side by side.
-  std::array<PixelSampler::Pixel, accel::bundle_width> pixels;
-  const int step = stride > 1 ? stride : int{accel::bundle_width};
-  for (int row = tile.top; row < tile.bottom && !is_stopped(); row += stride) {
-    for (int column = tile.left; column < tile.right; column += step) {
-      const int right = std::min(column + step, tile.right), bottom = std::min(row + stride, tile.bottom);
-      if (stride > 1) {
-        sampler.sample((column + right - 1) / 2, (row + bottom - 1) / 2, std::span(pixels).first(1), integrator);
-      } else {
-        sampler.sample(column, row, std::span(pixels).first(static_cast<std::size_t>(right - column)), integrator);
-      }
-      for (int y = row; y < bottom; ++y) {
-        for (int x = column; x < right; ++x) {
-          const PixelSampler::Pixel& pixel = pixels[stride > 1 ? 0 : static_cast<std::size_t>(x - column)];
-          canvas.set(x, y, pixel.color);
-          squared_error += pixel.squared_error;
-        }
-      }
-    }
-  }
+  const std::vector<Pixel> pixels = sampler.sample(tile, is_stopped, integrator);
   record.counters += integrator.counters();
   if (is_stopped()) return false;
+  double squared_error = 0;
+  const int blocks_across = (tile.right - tile.left + stride - 1) / stride;
+  for (int y = tile.top; y < tile.bottom; ++y) {
+    for (int x = tile.left; x < tile.right; ++x) {
+      const int block = (y - tile.top) / stride * blocks_across + (x - tile.left) / stride;
+      const Pixel& pixel = pixels[static_cast<std::size_t>(block)];
+      canvas.set(x, y, pixel.color);
+      squared_error += pixel.squared_error;
+    }
+  }
   record.squared_error = squared_error;
   return true;
 }
@@ -89,11 +70,11 @@ bool paint(const Canvas::Tile& tile, int stride, const PixelSampler& sampler, co
 
 int thread_limit(int threads, int pool_size) {
   if (threads == scene::serial) return 1;
-  if (threads == scene::cores_less_two) return std::clamp(available_cores() - 2, 1, pool_size);
+  if (threads == scene::cores_less_two) return std::clamp(system::available_cores() - 2, 1, pool_size);
   return threads < 0 ? pool_size : std::min(threads, pool_size);
 }
 
-std::optional<Picture> render(const scene::Description& description, const scene::Options& options, Pool& pool,
+std::optional<Picture> render(const scene::Description& description, const scene::Options& options, system::Pool& pool,
                               Control& control, const Switches& switches) {
   const Clock::time_point start = Clock::now();
   const int threads = thread_limit(options.threads, pool.size());
@@ -115,10 +96,11 @@ std::optional<Picture> render(const scene::Description& description, const scene
     return options.time_budget_s && seconds_since(render_start) > *options.time_budget_s;
   };
 
+  const double gain = math::power_of_two(options.exposure);
   std::shared_ptr<Canvas> canvas;
   std::vector<TileRecord> records;
   for (const Pass& pass : passes) {
-    canvas = std::make_shared<Canvas>(options.width, options.height, canvas ? canvas->film() : nullptr);
+    canvas = std::make_shared<Canvas>(options.width, options.height, gain, canvas ? canvas->film() : nullptr);
     control.attach(canvas, work_total);
     const PixelSampler sampler(compiled.scene, camera, options, pass, switches);
     // The first pass is cheap and must cover the picture; only later ones give way to the budget.
@@ -145,10 +127,10 @@ std::optional<Picture> render(const scene::Description& description, const scene
     counters += record.counters, squared_error += record.squared_error;
     empty_tiles += record.empty_tiles;
   }
-  picture.stats.estimated_error = std::sqrt(squared_error / (3.0 * options.width * options.height));
+  picture.stats.estimated_error = gain * std::sqrt(squared_error / (3.0 * options.width * options.height));
   picture.film = canvas->film();
   picture.stats.render_s = seconds_since(render_start);
-  picture.stats.rays = {counters.camera, counters.shadow, counters.reflection, counters.transmission};
+  picture.stats.rays = counters.rays;
   picture.stats.skipped = skipped(counters, compiled.merged_lights, empty_tiles);
   return picture;
 }

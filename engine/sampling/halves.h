@@ -17,17 +17,27 @@ class Halves {
     /// Halves of order q have 2^q times the variance of the whole and lean to opposite sides; then
     /// variance of the whole = 1/(2^q − 1) · expected (half the difference)².
     double of_half_difference;
+    /// 2^q.
+    double gain() const { return 1 + 1 / of_half_difference; }
   };
+  static constexpr Order of_gain(double gain) { return {1 / (gain - 1)}; }
   /// Samples that know nothing of each other.
   static constexpr Order independent{1.0};
-  /// Points across an edge, q = 1.5.
-  static constexpr Order points{1 / 1.8284271247461903};
-  /// Chords across an edge: 3 ≤ q ≤ 5, measured; two chords alone no better than q = 1.9.
-  static constexpr Order chords(int count) { return {count > 2 ? 1 / 12.0 : 0.37}; }
+  /// Points across an edge in d dimensions, q = 1 + 1/d: a pixel or a light, and a pixel and the lens.
+  static constexpr Order points{1 / 1.8284271247461903}, points_through_lens{1 / 1.3784142300054421};
+  /// Chords across an edge: 3 ≤ q ≤ 5, measured, and nearer to 3 the more there are; two chords alone no better than
+  /// q = 1.9.
+  static constexpr Order chords(int count) { return {count > 8 ? 1 / 8.0 : count > 2 ? 1 / 12.0 : 0.37}; }
 
   void add(bool is_second, const Color& value, double weight = 1) {
     sum_[is_second ? 1 : 0] += value * weight;
     weight_[is_second ? 1 : 0] += weight;
+  }
+  /// Of value − share · other, for values that were added in the same order.
+  Halves minus(const Color& share, const Halves& other) const {
+    Halves difference = *this;
+    for (std::size_t i = 0; i < 2; ++i) difference.sum_[i] = sum_[i] - share * other.sum_[i];
+    return difference;
   }
   Color mean() const { return (sum_[0] + sum_[1]) * (1 / (weight_[0] + weight_[1])); }
   /// Of `mean`, estimated. Both halves have samples.

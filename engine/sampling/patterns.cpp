@@ -6,45 +6,20 @@
 #include "engine/math/elementary.h"
 
 namespace penumbra::sampling {
-namespace {
-
-std::uint32_t reverse_bits(std::uint32_t x) {
-  x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
-  x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
-  x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
-  x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
-  return (x >> 16) | (x << 16);
-}
-
-/// Each bit is flipped by a hash of the bits below it (constants of Vegdahl's improvement of Laine and Karras).
-std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
-  x ^= x * 0x3d20adeau;
-  x += seed;
-  x *= (seed >> 16) | 1u;
-  x ^= x * 0x05526c56u;
-  x ^= x * 0x53a22864u;
-  return x;
-}
-
-std::uint32_t owen(std::uint32_t x, std::uint32_t seed) {
-  return reverse_bits(scramble_reversed(reverse_bits(x), seed));
-}
-
-/// Second dimension of Sobol': the Pascal matrix modulo 2, already bit-reversed.
-std::uint32_t sobol_second(std::uint32_t index) {
-  std::uint32_t result = 0;
-  for (std::uint32_t column = 0x80000000u; index != 0; index >>= 1, column ^= column >> 1) {
-    if ((index & 1u) != 0) result ^= column;
-  }
-  return result;
-}
-
-}  // namespace
 
 Point2 sobol_owen(std::uint32_t index, const Key& key) {
   const std::uint32_t shuffled = owen(index, key.bits32(0));
-  const std::uint32_t x = owen(reverse_bits(shuffled), key.bits32(1)), y = owen(sobol_second(shuffled), key.bits32(2));
+  const std::uint32_t x = owen(reverse_bits(shuffled), key.bits32(1)), y = owen(sobol(shuffled, 1), key.bits32(2));
   return {x * 0x1p-32, y * 0x1p-32};
+}
+
+CameraPattern::CameraPattern(const Key& key) {
+  for (std::size_t i = 0; i < seeds_.size(); ++i) seeds_[i] = key.bits32(static_cast<int>(i));
+}
+
+CameraPattern::Sample CameraPattern::sample(std::uint32_t index) const {
+  const auto number = [&](std::size_t i) { return owen(sobol(index, i), seeds_[i]) * 0x1p-32; };
+  return {{number(0), number(1)}, {number(2), number(3)}};
 }
 
 DiscSpiral::DiscSpiral(int count) : inverse_count_(1.0 / count) {

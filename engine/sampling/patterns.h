@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -10,10 +11,25 @@ struct Point2 {
   double x, y;
 };
 
-/// Point `index` of a (0, 2)-sequence in [0, 1)²: Sobol' with the hash-based nested uniform scrambling of Burley,
-/// "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020. Every prefix is well spread; each point is uniform over
-/// keys.
+/// Point `index` of a (0, 2)-sequence in [0, 1)², Owen-scrambled Sobol'. Every prefix is well spread; each point is
+/// uniform over keys.
 Point2 sobol_owen(std::uint32_t index, const Key& key);
+
+/// Where the camera samples of a pixel look through: an Owen-scrambled Sobol' sequence over the pixel's square and the
+/// lens, whose next two dimensions choose where the samples of each light lie (see Key::uniform). Well spread in all of
+/// them together: each in a pattern of its own, the pairs would be as good as random, and the variance of the pixel's
+/// mean would fall no faster than theirs.
+class CameraPattern {
+ public:
+  explicit CameraPattern(const Key& key);
+  struct Sample {
+    Point2 place, lens;  // in [0, 1)²
+  };
+  Sample sample(std::uint32_t index) const;
+
+ private:
+  std::array<std::uint32_t, 4> seeds_;
+};
 
 /// `count` points in the unit disc, a rotated and shifted Vogel spiral: radius √((i + shift)/count), angle i golden
 /// angles + rotation. Each point is uniform over keys; the error of a disc's covered share falls like count^−0.75.

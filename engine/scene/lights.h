@@ -55,6 +55,16 @@ struct SphereLight {
   bool operator==(const SphereLight&) const = default;
 };
 
+/// What a light is to a lit point: a point, with hard shadows; a disc that faces it; or an area of its own.
+enum class Form { point, disc, area };
+inline Form form_of(const PointLight& light) { return light.radius > 0 ? Form::disc : Form::point; }
+inline Form form_of(const SpotLight& light) { return light.radius > 0 ? Form::disc : Form::point; }
+inline Form form_of(const DirectionalLight& light) {
+  return light.angular_radius_degrees > 0 ? Form::disc : Form::point;
+}
+inline Form form_of(const RectangleLight&) { return Form::area; }
+inline Form form_of(const SphereLight&) { return Form::area; }
+
 using Light = std::variant<PointLight, SpotLight, DirectionalLight, RectangleLight, SphereLight>;
 
 }  // namespace penumbra::scene

@@ -26,6 +26,7 @@ struct Options {
   int threads = all_threads;
   Acceleration acceleration = Acceleration::bvh;
   std::uint64_t seed = 0;
+  double exposure = 0;  // stops: the image and its errors are 2^exposure times what is seen; -100 to 100
   Transfer transfer = Transfer::srgb;
   ImageFormat format = ImageFormat::png;
   int bit_depth = 8;  // of PNG: 8 or 16

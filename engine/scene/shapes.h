@@ -38,7 +38,7 @@ struct Tube {
   double radius = 1;
 };
 
-/// `point` is the centre of the base; `direction` need not be unit.
+/// `point` is the center of the base; `direction` need not be unit.
 struct Cylinder {
   Vec3 point, direction;
   double radius = 1, height = 1;

@@ -1,33 +1,72 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace penumbra::shading {
 
+using Count = std::uint64_t;
+
+/// Rays cast.
+struct RayCounts {
+  Count camera = 0, shadow = 0, reflection = 0, transmission = 0;
+};
+
 /// Rays cast and work proven unnecessary, by one thread.
 struct Counters {
-  std::uint64_t camera = 0, shadow = 0, reflection = 0, transmission = 0;
-  std::uint64_t camera_rays_bundled = 0;    // cast, but on the way of another ray
-  std::uint64_t lights_facing_away = 0;     // light and viewer on different sides
-  std::uint64_t lights_without_effect = 0;  // outside the spot, or no diffuse and no highlight
-  std::uint64_t shadow_rays_lit = 0;        // not cast: nothing can touch the light's cone
-  std::uint64_t shadow_rays_dark = 0;       // not cast: one opaque surface covers the light's cone
-  std::uint64_t shadow_rays_listed = 0;     // tested against a short list instead of the structure
-  std::uint64_t shadow_rays_covered = 0;    // not cast: what hides of the light was found from its occluders\' outlines
-  std::uint64_t shadow_rays_bundled = 0;    // likewise
-  std::uint64_t hidden_spheres = 0;         // not looked at more closely: larger ones hide them
-  std::uint64_t area_samples_exact = 0;     // of area lights in full view: their diffuse light has a closed form
-  std::uint64_t negligible_rays = 0;        // secondary rays below min_contribution
-
-  Counters& operator+=(const Counters& other) {
-    camera += other.camera, shadow += other.shadow, reflection += other.reflection, transmission += other.transmission;
-    camera_rays_bundled += other.camera_rays_bundled;
-    lights_facing_away += other.lights_facing_away, lights_without_effect += other.lights_without_effect;
-    shadow_rays_lit += other.shadow_rays_lit, shadow_rays_dark += other.shadow_rays_dark;
-    shadow_rays_listed += other.shadow_rays_listed, shadow_rays_covered += other.shadow_rays_covered;
-    shadow_rays_bundled += other.shadow_rays_bundled, hidden_spheres += other.hidden_spheres;
-    area_samples_exact += other.area_samples_exact, negligible_rays += other.negligible_rays;
-    return *this;
-  }
+  RayCounts rays;
+  Count area_samples_exact = 0;      // of area lights in full view: their diffuse light has a closed form
+  Count camera_rays_bundled = 0;     // cast, but on the way of another ray
+  Count hidden_spheres = 0;          // not looked at more closely: larger ones hide them
+  Count lights_facing_away = 0;      // light and viewer on different sides
+  Count lights_from_candidates = 0;  // told by the surfaces that may touch the light's cone
+  Count lights_from_cells = 0;       // told by what neighbouring points share
+  Count lights_without_effect = 0;   // outside the spot, or no diffuse and no highlight
+  Count negligible_rays = 0;         // secondary rays below min_contribution
+  Count shadow_rays_bundled = 0;     // cast, but on the way of another ray
+  Count shadow_rays_covered = 0;     // not cast: what hides of the light was found from its occluders' outlines
+  Count shadow_rays_dark = 0;        // not cast: one opaque surface covers the light's cone
+  Count shadow_rays_listed = 0;      // tested against a short list instead of the structure
+  Count shadow_rays_lit = 0;         // not cast: nothing can touch the light's cone
 };
+
+/// Each count with its name in a job's stats. `rays` and `counters` may be const. Structured bindings: a struct that
+/// gets another member no longer compiles here.
+template <class Rays>
+auto by_name_of_ray(Rays& rays) {
+  auto& [camera, shadow, reflection, transmission] = rays;
+  using Named = std::pair<const char*, decltype(&camera)>;
+  return std::array{Named{"camera", &camera}, Named{"shadow", &shadow}, Named{"reflection", &reflection},
+                    Named{"transmission", &transmission}};
+}
+template <class Of>
+auto by_name_of_work(Of& counters) {
+  [[maybe_unused]] auto& [rays, exact, camera_bundled, spheres, away, candidates, cells, without_effect, negligible,
+                          bundled, covered, dark, listed, lit] = counters;
+  using Named = std::pair<const char*, decltype(&exact)>;
+  return std::array{Named{"area_samples_exact", &exact},
+                    Named{"camera_rays_bundled", &camera_bundled},
+                    Named{"hidden_spheres", &spheres},
+                    Named{"lights_facing_away", &away},
+                    Named{"lights_from_candidates", &candidates},
+                    Named{"lights_from_cells", &cells},
+                    Named{"lights_without_effect", &without_effect},
+                    Named{"negligible_rays", &negligible},
+                    Named{"shadow_rays_bundled", &bundled},
+                    Named{"shadow_rays_covered", &covered},
+                    Named{"shadow_rays_dark", &dark},
+                    Named{"shadow_rays_listed", &listed},
+                    Named{"shadow_rays_lit", &lit}};
+}
+
+inline Counters& operator+=(Counters& sum, const Counters& more) {
+  const auto add = [](const auto& into, const auto& from) {
+    for (std::size_t i = 0; i < into.size(); ++i) *into[i].second += *from[i].second;
+  };
+  add(by_name_of_ray(sum.rays), by_name_of_ray(more.rays));
+  add(by_name_of_work(sum), by_name_of_work(more));
+  return sum;
+}
 
 }  // namespace penumbra::shading

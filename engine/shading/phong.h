@@ -1,6 +1,9 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
+
 #include "engine/math/elementary.h"
-#include "engine/shading/shadows.h"
+#include "engine/shading/shading_point.h"
 
 namespace penumbra::shading {
 
@@ -17,6 +20,12 @@ inline Color highlight(const ShadingPoint& at, const Vec3& l) {
 /// diffuse·|n·l| and the highlight. The side test is the caller's.
 inline Color phong(const ShadingPoint& at, const Vec3& l) {
   return at.material->diffuse * std::fabs(math::dot(l, at.surface.shading_normal)) + highlight(at, l);
+}
+
+/// What the surface sends to the viewer of light that travels along the unit `l`: something only where both are on one
+/// side of the geometric surface.
+inline Color lobe_towards(const ShadingPoint& at, const Vec3& l) {
+  return math::dot(at.facing, l) < 0 ? phong(at, l) : math::black;
 }
 
 }  // namespace penumbra::shading

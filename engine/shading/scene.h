@@ -5,6 +5,7 @@
 
 #include "engine/accel/world.h"
 #include "engine/math/color.h"
+#include "engine/math/constants.h"
 #include "engine/math/vec3.h"
 #include "engine/scene/lights.h"
 #include "engine/scene/material.h"
@@ -35,11 +36,6 @@ struct DistantLight {
 struct RectangleLight {
   Vec3 corner, edge_u, edge_v, normal;  // `normal` unit, to the lit side
   Color radiance;
-  double area = 0;
-  bool is_right_angled = true;
-  struct Edges {
-    Vec3 corner, edge_u, edge_v;
-  } around;  // the right-angled one along edge_u that holds it
 };
 
 struct SphereLight {
@@ -64,8 +60,8 @@ struct Scene {
   std::vector<std::uint32_t> item_material;  // of World::items
   std::vector<Light> lights;
   Color background, ambient;
-  double extent = 0;               // the largest coordinate of what is not infinite, for a scene with rectangle lights
-  double typical_edge = HUGE_VAL;  // of triangles that no instances share: about as long as half of them
+  double extent = 0;                     // the largest coordinate of what is not infinite, for a scene with area lights
+  double typical_edge = math::infinity;  // of triangles that no instances share: about as long as half of them
 };
 
 }  // namespace penumbra::shading

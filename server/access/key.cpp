@@ -17,7 +17,7 @@ namespace penumbra::access {
 
 namespace {
 
-constexpr std::string_view prefix = "rs_", digits = "0123456789abcdefghjkmnpqrstvwxyz";
+constexpr std::string_view key_prefix = "rs_", digits = "0123456789abcdefghjkmnpqrstvwxyz";
 constexpr std::size_t id_digits = 12, secret_digits = 52, sha256_digits = 64;
 constexpr std::array<std::pair<Scope, std::string_view>, 4> scope_names{
     {{Scope::read, "jobs:read"}, {Scope::write, "jobs:write"}, {Scope::metrics, "metrics"}, {Scope::admin, "admin"}}};
@@ -96,16 +96,16 @@ bool Key::may(Scope scope) const {
 
 NewKey make_key(std::string owner, std::vector<Scope> scopes) {
   const std::string id = random_digits(id_digits);
-  std::string text = std::string(prefix) + id + "_" + random_digits(secret_digits);
+  std::string text = std::string(key_prefix) + id + "_" + random_digits(secret_digits);
   Key key{id, store::sha256_hex(text), std::move(owner), std::move(scopes), {}, {}};
   return {std::move(key), std::move(text)};
 }
 
 std::optional<std::string_view> id_of(std::string_view text) {
-  if (text.size() != prefix.size() + id_digits + 1 + secret_digits || !text.starts_with(prefix) ||
-      text[prefix.size() + id_digits] != '_')
+  if (text.size() != key_prefix.size() + id_digits + 1 + secret_digits || !text.starts_with(key_prefix) ||
+      text[key_prefix.size() + id_digits] != '_')
     return std::nullopt;
-  return text.substr(prefix.size(), id_digits);
+  return text.substr(key_prefix.size(), id_digits);
 }
 
 bool is_text_of(const Key& key, std::string_view text) {

@@ -16,7 +16,7 @@ namespace penumbra::access {
 
 namespace {
 
-constexpr auto look_interval = std::chrono::milliseconds(500);
+constexpr auto look_interval = std::chrono::milliseconds(200);
 
 KeyRing::Mark mark_of(const std::string& path) {
   struct stat state {};
@@ -30,33 +30,45 @@ KeyRing::Mark mark_of(const std::string& path) {
 
 KeyRing::KeyRing(std::string path) : path_(std::move(path)) {
   const Mark before = mark_of(path_);  // what changes after it is noticed
-  auto keys = std::make_shared<Keys>();
-  for (Key& key : parse_keys(read_keys(path_))) keys->emplace(key.id, std::make_shared<const Key>(key));
-  keys_ = std::move(keys);
+  take(read_keys(path_));
   watcher_ = std::jthread([this, before](const std::stop_token& stop) { watch(stop, before); });
 }
 
 KeyRing::~KeyRing() = default;
 
 std::shared_ptr<const Key> KeyRing::find(std::string_view text) const {
+  const std::optional<std::string_view> id = id_of(text);
+  std::shared_ptr<const Key> key = id ? find_id(*id) : nullptr;
+  return key && is_text_of(*key, text) ? key : nullptr;
+}
+
+std::shared_ptr<const Key> KeyRing::find_id(std::string_view id) const {
   std::shared_ptr<const Keys> keys;
   {
     const std::lock_guard lock(mutex_);
     keys = keys_;
   }
-  const std::optional<std::string_view> id = id_of(text);
-  const auto found = id ? keys->find(*id) : keys->end();
-  if (found == keys->end() || !is_text_of(*found->second, text)) return nullptr;
-  return found->second;
+  const auto found = keys->find(id);
+  return found == keys->end() ? nullptr : found->second;
+}
+
+void KeyRing::take(const std::string& text) {
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) throw std::runtime_error("the file is empty");
+  auto keys = std::make_shared<Keys>();
+  for (Key& key : parse_keys(text)) keys->emplace(key.id, std::make_shared<const Key>(key));
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_last_line_ended_ && !text.ends_with('\n'))
+      throw std::runtime_error("the last line has no end any more, as if the file were cut off");
+    is_last_line_ended_ = text.ends_with('\n');
+    keys_ = keys;
+  }
+  spdlog::info("{} keys read from {}", keys->size(), path_);
 }
 
 void KeyRing::reload() {
   try {
-    auto keys = std::make_shared<Keys>();
-    for (Key& key : parse_keys(read_keys(path_))) keys->emplace(key.id, std::make_shared<const Key>(key));
-    spdlog::info("{} keys read from {}", keys->size(), path_);
-    const std::lock_guard lock(mutex_);
-    keys_ = std::move(keys);
+    take(read_keys(path_));
   } catch (const std::exception& error) {
     spdlog::error("the keys stay as they were, {}: {}", path_, error.what());
   }

@@ -1,10 +1,6 @@
 #include "server/cli/address.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-
 #include <charconv>
-#include <cstring>
 #include <string_view>
 
 namespace penumbra::cli {
@@ -24,14 +20,6 @@ std::optional<Address> parse_address(const std::string& text) {
       address.port > 65535)
     return std::nullopt;
   return address;
-}
-
-bool is_loopback(const std::string& host) {
-  if (host == "localhost") return true;
-  in_addr v4{};
-  if (inet_pton(AF_INET, host.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
-  in6_addr v6{};
-  return inet_pton(AF_INET6, host.c_str(), &v6) == 1 && std::memcmp(&v6, &in6addr_loopback, sizeof v6) == 0;
 }
 
 std::string url_of(const Address& address) {

@@ -12,9 +12,6 @@ struct Address {
 /// Reads HOST:PORT or [IPV6]:PORT; nothing when it is neither.
 std::optional<Address> parse_address(const std::string& text);
 
-/// Whether only this machine can reach `host`: 127.0.0.0/8, ::1 or localhost.
-bool is_loopback(const std::string& host);
-
 /// http://HOST:PORT
 std::string url_of(const Address& address);
 

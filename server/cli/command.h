@@ -21,5 +21,6 @@ Command add_render(CLI::App& program);
 Command add_validate(CLI::App& program);
 Command add_worker(CLI::App& program);
 Command add_key(CLI::App& program);
+Command add_completion(CLI::App& program);
 
 }  // namespace penumbra::cli

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "engine/scene/options.h"
@@ -16,7 +17,8 @@ void add_limit_flags(CLI::App& command, api::Limits& limits) {
         ->group("Limits of a job");
   };
   const auto add_bytes = [&](const std::string& name, std::size_t& limit, const std::string& description) {
-    add(name, limit, description)->transform(CLI::AsSizeValue(false))->type_name("BYTES");
+    CLI::Option* const option = add(name, limit, description)->transform(CLI::AsSizeValue(false))->type_name("BYTES");
+    if (limit == std::numeric_limits<std::size_t>::max()) option->default_str("any size");
   };
   add_bytes("--max-body", limits.max_body_bytes, "Largest body; 8M means 8 * 2^20");
   add("--max-json-depth", limits.max_json_depth, "Deepest nesting");
@@ -30,8 +32,14 @@ void add_limit_flags(CLI::App& command, api::Limits& limits) {
   add("--max-pixels", limits.max_pixels, "Most pixels");
   add("--max-samples", limits.max_samples, "Largest samples_per_pixel and shadow_samples");
   add("--max-depth", limits.max_depth, "Largest max_depth");
-  require_finite(add("--max-work", limits.max_work, "Most predicted work"));
+  require_finite(add("--max-work", limits.max_work, "Most predicted work; a time_budget_s counts 1e8 a second"));
   add_bytes("--max-memory", limits.max_memory_bytes, "Most predicted memory");
+}
+
+api::Limits limits_of_own_files() {
+  api::Limits limits;
+  limits.max_body_bytes = std::numeric_limits<std::size_t>::max();
+  return limits;
 }
 
 void add_threads_flag(CLI::App& command, int& threads) {

@@ -11,6 +11,9 @@ namespace penumbra::cli {
 /// A flag for each limit of what a body may ask for.
 void add_limit_flags(CLI::App& command, api::Limits& limits);
 
+/// Those of files that are the user's own: of any size.
+api::Limits limits_of_own_files();
+
 /// --threads with the meanings that the option `threads` has.
 void add_threads_flag(CLI::App& command, int& threads);
 

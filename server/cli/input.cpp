@@ -39,7 +39,8 @@ std::string read_input(const std::string& path, std::size_t max_bytes) {
   constexpr std::size_t step = 1u << 16;
   while (input && bytes.size() <= max_bytes) {
     const std::size_t before = bytes.size();
-    bytes.resize(std::min(before + step, max_bytes + 1));
+    // One more than allowed is enough to tell.
+    bytes.resize(before + 1 + std::min(step, max_bytes - before));
     input.read(bytes.data() + before, static_cast<std::streamsize>(bytes.size() - before));
     bytes.resize(before + static_cast<std::size_t>(input.gcount()));
   }

@@ -17,7 +17,7 @@ namespace penumbra::cli {
 
 namespace {
 
-struct Settings {
+struct KeySettings {
   std::string file, owner, id;
   std::vector<std::string> scopes{"jobs:read", "jobs:write"};
   int requests_per_minute = 0;
@@ -32,7 +32,7 @@ std::vector<access::Key> keys_of(const std::string& file) {
   }
 }
 
-int create(const Settings& settings) {
+int create(const KeySettings& settings) {
   std::vector<access::Scope> scopes;
   for (const std::string& name : settings.scopes) scopes.push_back(*access::scope_of(name));
   access::NewKey made = access::make_key(settings.owner, std::move(scopes));
@@ -50,7 +50,7 @@ int create(const Settings& settings) {
   return status_done;
 }
 
-int list(const Settings& settings) {
+int list(const KeySettings& settings) {
   for (const access::Key& key : keys_of(settings.file)) {
     // Without the hash, which is nobody's business.
     std::cout << key.id << access::line_of(key).substr(key.id.size() + 1 + key.sha256.size()) << "\n";
@@ -58,7 +58,7 @@ int list(const Settings& settings) {
   return status_done;
 }
 
-int revoke(const Settings& settings) {
+int revoke(const KeySettings& settings) {
   const std::vector<access::Key> keys = keys_of(settings.file);
   if (std::none_of(keys.begin(), keys.end(), [&](const access::Key& key) { return key.id == settings.id; }))
     throw UnusableArgument("there is no key " + settings.id + " in " + settings.file);
@@ -69,6 +69,8 @@ int revoke(const Settings& settings) {
     if (std::istringstream(line) >> first && first == settings.id) continue;
     kept += line + "\n";
   }
+  // An empty file is taken for one that was cut off.
+  if (kept.find_first_not_of(" \t\r\n") == std::string::npos) kept = "# no keys\n";
   access::write_keys(settings.file, kept);
   return status_done;
 }
@@ -76,7 +78,7 @@ int revoke(const Settings& settings) {
 }  // namespace
 
 Command add_key(CLI::App& program) {
-  const auto settings = std::make_shared<Settings>();
+  const auto settings = std::make_shared<KeySettings>();
   CLI::App* command = program.add_subcommand("key", "Make, list and revoke the keys of `serve --keys`");
   command->require_subcommand(1);
   const auto add = [&](const char* name, const char* description) {

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <limits>
 
-#include "engine/render/control_groups.h"
+#include "engine/system/control_groups.h"
 
 namespace penumbra::cli {
 
@@ -27,7 +27,7 @@ std::size_t total_bytes(const std::string& root) {
 
 std::size_t machine_memory_bytes(const std::string& root) {
   std::size_t least = total_bytes(root);
-  render::for_each_control_group(root, "memory", [&](const std::string& group) {
+  system::for_each_control_group(root, "memory", [&](const std::string& group) {
     // One that is no number ("max") limits nothing.
     for (const char* name : {"/memory.max", "/memory.limit_in_bytes"}) {
       std::size_t limit = 0;

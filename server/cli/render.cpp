@@ -1,5 +1,7 @@
 #include "engine/render/render.h"
-#include "engine/render/cores.h"
+#include "engine/system/cores.h"
+
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -23,12 +25,14 @@ namespace penumbra::cli {
 
 namespace {
 
-struct Settings {
+struct RenderSettings {
   std::string job, output, stats;
   std::vector<std::string> overrides, without;
   int threads = scene::all_threads;
-  api::Limits limits;
+  api::Limits limits = limits_of_own_files();
 };
+
+constexpr std::string_view standard_output = "-";
 
 scene::ImageFormat format_of(const std::string& output) {
   std::string extension = std::filesystem::path(output).extension().string();
@@ -39,7 +43,8 @@ scene::ImageFormat format_of(const std::string& output) {
 }
 
 /// The format follows the name of the output; what was asked for explicitly must not contradict it.
-void choose_format(const Settings& settings, scene::Options& options) {
+void choose_format(const RenderSettings& settings, scene::Options& options) {
+  if (settings.output == standard_output) return;
   const scene::ImageFormat format = format_of(settings.output);
   const bool is_set = std::any_of(settings.overrides.begin(), settings.overrides.end(),
                                   [](const std::string& text) { return text.starts_with("format="); });
@@ -51,6 +56,10 @@ void choose_format(const Settings& settings, scene::Options& options) {
 }
 
 void write_file(const std::string& path, const std::string& bytes) {
+  if (path == standard_output) {
+    std::cout << bytes << std::flush;
+    return;
+  }
   std::ofstream file(path, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
@@ -81,7 +90,7 @@ render::Switches switches_without(const std::vector<std::string>& names) {
   return switches;
 }
 
-std::optional<api::JobRequest> read_job(const Settings& settings) {
+std::optional<api::JobRequest> read_job(const RenderSettings& settings) {
   const std::string body = read_input(settings.job, settings.limits.max_body_bytes);
   try {
     return api::parse_job(body, settings.overrides, settings.limits);
@@ -91,10 +100,19 @@ std::optional<api::JobRequest> read_job(const Settings& settings) {
   }
 }
 
-int render(const Settings& settings) {
-  format_of(settings.output);
-  check_writable(settings.output);
-  if (!settings.stats.empty() && settings.stats != "-") check_writable(settings.stats);
+void check_outputs(const RenderSettings& settings) {
+  if (settings.output == standard_output) {
+    if (settings.stats == standard_output) throw UnusableArgument("--stats -: the image goes to standard output");
+    if (isatty(STDOUT_FILENO) == 1) throw UnusableArgument("-o -: an image does not belong on a terminal");
+  } else {
+    format_of(settings.output);
+    check_writable(settings.output);
+  }
+  if (!settings.stats.empty() && settings.stats != standard_output) check_writable(settings.stats);
+}
+
+int render(const RenderSettings& settings) {
+  check_outputs(settings);
   std::optional<api::JobRequest> request = read_job(settings);
   if (!request) return status_unusable;
   choose_format(settings, request->options);
@@ -103,7 +121,7 @@ int render(const Settings& settings) {
 
   render::Control control;
   const StopSignals signals([&] { control.cancel(); });
-  render::Pool pool(render::thread_limit(settings.threads, render::available_cores()));
+  system::Pool pool(render::thread_limit(settings.threads, system::available_cores()));
   ProgressLine progress(control, request->options.progress_interval_s);
   std::optional<render::Picture> picture =
       render::render(request->scene, request->options, pool, control, switches_without(settings.without));
@@ -118,18 +136,19 @@ int render(const Settings& settings) {
   write_file(settings.output, bytes);
   progress.stop(true);
   const std::string stats = api::to_json(picture->stats) + "\n";
-  if (settings.stats == "-") std::cout << stats << std::flush;
-  if (!settings.stats.empty() && settings.stats != "-") write_file(settings.stats, stats);
+  if (!settings.stats.empty()) write_file(settings.stats, stats);
   return status_done;
 }
 
 }  // namespace
 
 Command add_render(CLI::App& program) {
-  const auto settings = std::make_shared<Settings>();
+  const auto settings = std::make_shared<RenderSettings>();
   CLI::App* command = program.add_subcommand("render", "Render a job to a file; the percentage goes to standard error");
   command->add_option("job", settings->job, "The job as JSON; - is standard input")->required()->type_name("JOB.json");
-  command->add_option("-o,--output", settings->output, "The image: .png or .exr")->required()->type_name("FILE");
+  command->add_option("-o,--output", settings->output, "The image: .png or .exr; - is standard output")
+      ->required()
+      ->type_name("FILE");
   command->add_option("--set", settings->overrides, "An option to set, as in --set width=400; repeatable")
       ->type_name("NAME=VALUE")
       ->expected(1)

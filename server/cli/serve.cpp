@@ -7,8 +7,8 @@
 #include <memory>
 #include <mutex>
 
-#include "engine/render/cores.h"
 #include "engine/render/render.h"
+#include "engine/system/cores.h"
 #include "server/access/key_ring.h"
 #include "server/cli/command.h"
 #include "server/cli/flags.h"
@@ -57,14 +57,14 @@ int serve(ServeSettings settings) {
     return status_unusable;
   }
   complete(settings);
-  log::configure(*settings.http.access_log, settings.log_level);
+  const log::Output output(*settings.http.access_log, settings.log_level);
 
   // A limit on the size of files is a full disk, and no reason to die.
   std::signal(SIGXFSZ, SIG_IGN);
   End end;
   std::atomic<access::KeyRing*> reloaded = nullptr;
   const StopSignals signals([&] { end.ask(status_done); },
-                            [&] {
+                            settings.keys.empty() ? std::function<void()>() : [&] {
                               if (access::KeyRing* ring = reloaded) ring->reload();
                             });
   const std::unique_ptr<access::KeyRing> keys = key_ring(settings.keys);
@@ -80,7 +80,7 @@ int serve(ServeSettings settings) {
          end.ask(status_failed);
        }});
   store::TimedStore timed_store(store, [&](auto operation, double took_s) { metrics.store_called(operation, took_s); });
-  render::Pool pool(render::thread_limit(settings.threads, render::available_cores()), !settings.is_priority_normal);
+  system::Pool pool(render::thread_limit(settings.threads, system::available_cores()), !settings.is_priority_normal);
   jobs::JobManager manager(settings.jobs, timed_store, pool);
   http::Server server(settings.http, manager, metrics);
   const http::Server::Ports ports = server.start();

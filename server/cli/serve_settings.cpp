@@ -9,13 +9,15 @@
 
 #include "server/cli/flags.h"
 #include "server/cli/machine_memory.h"
+#include "server/cli/origin.h"
+#include "server/http/host.h"
 
 namespace penumbra::cli {
 
 namespace {
 
 // Beside event streams and calls that wait for their image; descriptors beside connections.
-constexpr std::size_t spare_connections = 256, spare_descriptors = 64, admin_connections = 64;
+constexpr std::size_t spare_connections = 256, spare_descriptors = 64, admin_connections = 64, least_connections = 8;
 
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(1000 * seconds));
@@ -25,8 +27,23 @@ std::optional<std::string> complaint_about_address(const std::string& flag, cons
                                                    bool is_public_fine, const std::string& why_not) {
   const std::optional<Address> address = parse_address(text);
   if (!address) return flag + ": " + text + " is not HOST:PORT";
-  if (!is_loopback(address->host) && !is_public_fine)
+  if (!http::is_loopback(address->host) && !is_public_fine)
     return flag + ": others can reach " + address->host + ", and " + why_not + "; --allow-public if that is meant";
+  return std::nullopt;
+}
+
+/// As a request's Host names it; nothing when it is none.
+std::optional<std::string> host_of(const std::string& text) {
+  const bool is_bare_v6 = text.find(':') != std::string::npos && !text.starts_with('[');
+  return text.ends_with(':') ? std::nullopt : http::host_in(is_bare_v6 ? "[" + text + "]" : text);
+}
+
+/// Browsers compare origins letter by letter.
+std::optional<std::string> complaint_about_origin(const std::string& text) {
+  if (text == "*" || text == "null") return std::nullopt;
+  const std::optional<std::string> origin = origin_of(text);
+  if (!origin) return "--cors-origin: " + text + " is not an origin such as https://example.org";
+  if (*origin != text) return "--cors-origin: browsers write the origin " + text + " as " + *origin;
   return std::nullopt;
 }
 
@@ -45,6 +62,10 @@ void add_access_flags(CLI::App& command, ServeSettings& settings) {
   add("--cors-origin", settings.http.guard.origins, "Sites whose pages may call, such as https://example.org; * is all")
       ->delimiter(',')
       ->type_name("ORIGIN");
+  add("--host", settings.hosts,
+      "Names that the server answers to, beside those of this machine; any where there are keys")
+      ->delimiter(',')
+      ->type_name("NAME");
   command
       .add_flag("--allow-public", settings.is_public_allowed, "Listen without keys where other machines can reach it")
       ->group("Access");
@@ -103,6 +124,9 @@ void add_keeping_flags(CLI::App& command, ServeSettings& settings) {
   require_finite(add("--keep-jobs-days", settings.keep_jobs_days, "Days for which they are"))
       ->check(CLI::PositiveNumber);
   add("--keep-images", retention.max_image_bytes, "Bytes of finished images that are kept")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
+  add("--keep-scenes", retention.max_spec_bytes, "Bytes of finished jobs' bodies that are kept")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES");
   require_finite(add("--keep-images-hours", settings.keep_images_hours, "Hours for which they are"))
@@ -182,6 +206,12 @@ std::optional<std::string> complaint_about(const ServeSettings& settings) {
                                                  "it never asks for keys"))
       return complaint;
   }
+  for (const std::string& origin : settings.http.guard.origins) {
+    if (auto complaint = complaint_about_origin(origin)) return complaint;
+  }
+  for (const std::string& host : settings.hosts) {
+    if (!host_of(host)) return "--host: " + host + " is not the name of a host, such as render.example.org";
+  }
   if (settings.store.starts_with("postgresql://") || settings.store.starts_with("postgres://"))
     return "--store: the PostgreSQL store is not part of this version";
   if (settings.store.empty() && default_store().empty())
@@ -210,11 +240,18 @@ void complete(ServeSettings& settings) {
   }
   // More could be accepted only by taking the descriptors of files and of the second address.
   const std::size_t descriptors = raise_descriptor_limit(), reserved = admin_connections + spare_descriptors;
-  if (descriptors > 2 * reserved) listener.max_connections = std::min(listener.max_connections, descriptors - reserved);
+  const std::size_t most = std::max(descriptors, reserved + least_connections) - reserved;
+  listener.max_connections = std::min(listener.max_connections, most);
 
+  std::vector<std::string> names;
+  for (const std::string& host : settings.hosts) names.push_back(*host_of(host));
+  if (!names.empty() || settings.keys.empty())
+    settings.http.guard.hosts = http::KnownHosts(names, !http::is_loopback(address.host));
   if (settings.admin_listen.empty()) return;
   const Address admin = *parse_address(settings.admin_listen);
   settings.http.admin = http::ListenerSettings{admin.host, admin.port, admin_connections, listener.connection};
+  // What only numbers can be read from may have any name where it is public.
+  if (http::is_loopback(admin.host)) settings.http.admin_hosts = http::KnownHosts(names, false);
 }
 
 }  // namespace penumbra::cli

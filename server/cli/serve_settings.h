@@ -17,6 +17,7 @@ namespace penumbra::cli {
 
 /// What the flags of `penumbra serve` say.
 struct ServeSettings {
+  std::vector<std::string> hosts;
   std::string listen = "127.0.0.1:8080", admin_listen, store, keys, log_level = "info", log_format = "json";
   bool is_public_allowed = false, is_priority_normal = false;
   int threads = scene::all_threads;

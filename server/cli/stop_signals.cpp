@@ -19,7 +19,7 @@ StopSignals::StopSignals(std::function<void()> on_stop, std::function<void()> on
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
-  if (on_hang_up) sigaddset(&signals, SIGHUP);
+  sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal_descriptor_ = signalfd(-1, &signals, SFD_CLOEXEC);
   end_descriptor_ = eventfd(0, EFD_CLOEXEC);
@@ -28,11 +28,13 @@ StopSignals::StopSignals(std::function<void()> on_stop, std::function<void()> on
   watcher_ = std::jthread([this, signals, on_stop = std::move(on_stop), on_hang_up = std::move(on_hang_up)] {
     std::array<pollfd, 2> watched{pollfd{signal_descriptor_, POLLIN, 0}, pollfd{end_descriptor_, POLLIN, 0}};
     signalfd_siginfo info;
-    do {
+    bool is_stop = false;
+    while (!is_stop) {
       while (::poll(watched.data(), watched.size(), -1) < 0 && errno == EINTR) continue;
       if (watched[0].revents == 0 || ::read(signal_descriptor_, &info, sizeof info) < 0) return;
-      if (info.ssi_signo == SIGHUP) on_hang_up();
-    } while (info.ssi_signo == SIGHUP);
+      is_stop = info.ssi_signo != SIGHUP || !on_hang_up;
+      if (!is_stop) on_hang_up();
+    }
     // Ctrl-C again is somebody in a hurry; a second SIGTERM comes from those who tell a group and then each of it.
     sigset_t impatient;
     sigemptyset(&impatient);

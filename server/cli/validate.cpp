@@ -11,12 +11,12 @@ namespace penumbra::cli {
 
 namespace {
 
-struct Settings {
+struct ValidateSettings {
   std::string job;
-  api::Limits limits;
+  api::Limits limits = limits_of_own_files();
 };
 
-int validate(const Settings& settings) {
+int validate(const ValidateSettings& settings) {
   const std::string body = read_input(settings.job, settings.limits.max_body_bytes);
   try {
     std::cout << api::to_json(api::estimate_cost(api::parse_job(body, settings.limits))) << "\n";
@@ -30,7 +30,7 @@ int validate(const Settings& settings) {
 }  // namespace
 
 Command add_validate(CLI::App& program) {
-  const auto settings = std::make_shared<Settings>();
+  const auto settings = std::make_shared<ValidateSettings>();
   CLI::App* command = program.add_subcommand(
       "validate", "Check a job: print every error with its pointer, one a line, or the cost estimate");
   command->add_option("job", settings->job, "The job as JSON; - is standard input")->required()->type_name("JOB.json");

@@ -8,11 +8,11 @@
 namespace penumbra::cli {
 
 Command add_worker(CLI::App& program) {
-  struct Settings {
+  struct WorkerSettings {
     std::string store;
     int threads = -1;
   };
-  const auto settings = std::make_shared<Settings>();
+  const auto settings = std::make_shared<WorkerSettings>();
   CLI::App* command = program.add_subcommand("worker", "Render jobs of a shared store (not part of this version)");
   command->add_option("--store", settings->store, "postgresql://…");
   add_threads_flag(*command, settings->threads);

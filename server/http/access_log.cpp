@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
 
 namespace penumbra::http {
@@ -11,6 +13,24 @@ namespace {
 std::string milliseconds(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3f", value);
+  return text;
+}
+
+/// With the values of those parameters alone that are no secrets of anybody.
+std::string target_for_log(std::string_view target) {
+  constexpr std::array<std::string_view, 4> open_parameters{"validate_only", "state", "limit", "page_token"};
+  std::size_t begin = std::min(target.find('?'), target.size());
+  std::string text(target.substr(0, begin));
+  while (begin < target.size()) {
+    const std::size_t end = std::min(target.find('&', begin + 1), target.size());
+    const std::string_view part = target.substr(begin, end - begin);
+    const std::size_t sign = part.find('=');
+    text += part.substr(0, sign);
+    if (sign != std::string_view::npos)
+      text += std::ranges::find(open_parameters, part.substr(1, sign - 1)) != open_parameters.end() ? part.substr(sign)
+                                                                                                    : "=***";
+    begin = end;
+  }
   return text;
 }
 
@@ -28,15 +48,15 @@ std::string members_of(const Exchange& exchange, double took_ms) {
   add("client", exchange.client);
   add("key", exchange.caller.key_id);
   add("owner", exchange.caller.owner);
-  add("method", exchange.method);
-  add("target", exchange.target);
+  add("method", exchange.head.method);
+  add("target", target_for_log(exchange.head.target));
   add("route", exchange.route);
   text += ",\"status\":" + std::to_string(exchange.status) + ",\"bytes\":" + std::to_string(exchange.sent_bytes);
   return text + ",\"duration_ms\":" + milliseconds(took_ms);
 }
 
 std::string text_of(const Exchange& exchange, double took_ms) {
-  const std::string request = log::quoted(exchange.method + " " + exchange.target);
+  const std::string request = log::quoted(exchange.head.method + " " + target_for_log(exchange.head.target));
   return exchange.client + " " + (exchange.caller.key_id.empty() ? "-" : exchange.caller.key_id) + " " + request + " " +
          std::to_string(exchange.status) + " " + std::to_string(exchange.sent_bytes) + " " + milliseconds(took_ms) +
          " ms " + exchange.request_id;

@@ -17,7 +17,7 @@ Response asset_response(const Request& request, const Asset& asset) {
     response.headers.emplace_back("Content-Security-Policy", content_security_policy);
     response.headers.emplace_back("Referrer-Policy", "no-referrer");
   }
-  if (names_tag(request.header("if-none-match").value_or(""), tag)) {
+  if (names_tag(request.fields, tag)) {
     response.status = 304;
     response.media_type.clear();
     response.body = std::string();
@@ -29,8 +29,12 @@ Response asset_response(const Request& request, const Asset& asset) {
 
 void add_asset_routes(Router& router) {
   for (const Asset& asset : assets()) {
-    router.add({"GET", std::string(asset.path), Body::none,
-                [&asset](const Request& r) { return asset_response(r, asset); }, std::nullopt, "assets"});
+    Route route{"GET",        std::string(asset.path),
+                Body::none,   [&asset](const Request& r) { return asset_response(r, asset); },
+                std::nullopt, "assets"};
+    // Addresses of pages are passed on with all sorts of things added.
+    route.takes_any_parameter = !asset.path.starts_with("/v1/");
+    router.add(std::move(route));
   }
 }
 

@@ -10,13 +10,16 @@
 #include <cerrno>
 #include <cstring>
 
-#include "server/http/problems.h"
+#include "api/problems.h"
+#include "server/http/request_head.h"
 
 namespace penumbra::http {
 
 namespace {
 
 constexpr std::size_t receive_bytes = 16u << 10;
+constexpr std::string_view interim_answer = "HTTP/1.1 100 Continue\r\n\r\n";
+constexpr auto probe_interval = std::chrono::seconds(1);
 
 /// Time for so many bytes at 64 KiB/s, the least a client must manage.
 std::chrono::milliseconds time_for(std::size_t bytes) {
@@ -90,32 +93,35 @@ ssize_t Connection::receive(Clock::time_point deadline) {
 }
 
 std::variant<std::string, api::Problem, Connection::End> Connection::next_head() {
-  constexpr std::string_view empty_line = "\r\n\r\n";
   if (unread_.empty() && wait(POLLIN, Clock::now() + limits_.idle, true) != Ready::yes) return End::closed;
   request_deadline_ = Clock::now() + limits_.request;
   std::size_t searched = 0;
   while (true) {
     // An empty line or two before a request are common and harmless (RFC 9112, 2.2).
     if (searched == 0) unread_.erase(0, std::min(unread_.find_first_not_of("\r\n"), unread_.size()));
-    const std::size_t end = unread_.find(empty_line, searched > 3 ? searched - 3 : 0);
-    if (end != std::string::npos && end + empty_line.size() <= limits_.max_head_bytes) {
-      std::string head = unread_.substr(0, end + empty_line.size());
-      unread_.erase(0, head.size());
+    const std::size_t end = end_of_head(unread_, searched > 3 ? searched - 3 : 0);
+    if (end <= limits_.max_head_bytes) {
+      std::string head = unread_.substr(0, end);
+      unread_.erase(0, end);
       return head;
     }
-    if (unread_.size() > limits_.max_head_bytes) return headers_too_large(limits_.max_head_bytes);
+    // TLS, and what is no HTTP at all, need not be waited for.
+    if (!may_be_request(unread_)) return api::bad_request("this is not HTTP");
+    if (unread_.size() > limits_.max_head_bytes) return api::headers_too_large(limits_.max_head_bytes);
     searched = unread_.size();
     const ssize_t count = receive(request_deadline_);
-    if (count < 0) return request_timeout();
+    if (count < 0) return api::request_timeout();
     if (count == 0) return End::closed;
   }
 }
 
-void Connection::begin(std::string head, std::size_t body_bytes) {
+void Connection::begin(std::string head, std::size_t body_bytes, bool is_interim_known) {
   head_ = std::move(head);
   head_read_ = 0;
   body_left_ = body_bytes;
   is_first_write_ = true;
+  is_interim_known_ = is_interim_known;
+  next_probe_ = {};
 }
 
 ssize_t Connection::read(char* to, std::size_t size) {
@@ -158,7 +164,7 @@ bool Connection::send_all(std::string_view bytes) {
 }
 
 bool Connection::write(std::string_view bytes) {
-  const bool is_interim = bytes.starts_with("HTTP/1.1 100 ");
+  const bool is_interim = bytes.starts_with(interim_answer.substr(0, interim_answer.find("Continue")));
   if (is_first_write_ && !is_interim) {
     is_first_write_ = false;
     held_ = bytes;
@@ -179,9 +185,14 @@ bool Connection::finish_response() {
   return send_all(held);
 }
 
-bool Connection::is_client_there() const {
+bool Connection::is_client_there() {
   pollfd watched{socket_, POLLRDHUP, 0};
-  return !is_broken_ && ::poll(&watched, 1, 0) >= 0 && (watched.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
+  if (is_broken_ || ::poll(&watched, 1, 0) < 0 || (watched.revents & (POLLHUP | POLLERR)) != 0) return false;
+  if ((watched.revents & POLLRDHUP) == 0) return true;
+  if (!is_interim_known_ || !is_first_write_) return false;
+  if (Clock::now() < next_probe_) return true;
+  next_probe_ = Clock::now() + probe_interval;
+  return send_all(interim_answer);
 }
 
 }  // namespace penumbra::http

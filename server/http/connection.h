@@ -37,7 +37,8 @@ class Connection {
   std::variant<std::string, api::Problem, End> next_head();
 
   /// From here on `read` yields `head`, then `body_bytes` from the socket, and then the end.
-  void begin(std::string head, std::size_t body_bytes);
+  /// `is_interim_known`: the client takes interim answers (RFC 9110, 15.2).
+  void begin(std::string head, std::size_t body_bytes, bool is_interim_known);
   /// As recv: bytes read, 0 at the end, −1 when they do not come in time.
   ssize_t read(char* to, std::size_t size);
   /// The client may still be sending what nobody will read.
@@ -52,8 +53,11 @@ class Connection {
   bool write(std::string_view bytes);
   bool finish_response();
 
-  /// False when the client has closed its side. Does not wait.
-  bool is_client_there() const;
+  /// False when the client has gone. Does not wait. Who has closed but the way to here may still want the answer:
+  /// before it has begun, an interim one is sent now and then, which the system of a client that has gone refuses.
+  bool is_client_there();
+  /// Whether the client can still be written to, as far as is known.
+  bool is_open() const { return !is_broken_; }
   bool is_stopping() const;
 
   /// The address of the other side, without its port.
@@ -84,6 +88,8 @@ class Connection {
   std::chrono::milliseconds linger_ = std::chrono::seconds(1);
   std::string held_;
   bool is_first_write_ = true;
+  bool is_interim_known_ = false;
+  Clock::time_point next_probe_;
   bool is_broken_ = false;
 };
 

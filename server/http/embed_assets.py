@@ -3,9 +3,9 @@
 
 Usage: embed_assets.py --root DIR --output assets.S FILES…
 
-    api/openapi.yaml            → /v1/openapi.json, converted        clients/web/…          → /…, index.html also at /
+    api/openapi.yaml            → /v1/openapi.json, with the schema  clients/web/…          → /…, index.html also at /
     api/scene.schema.json       → /v1/scene.schema.json              clients/scenes/….json  → /scenes/….json
-                                                                     a list of these        → /scenes/index.json
+    clients/scenes/pictures/X.png → /scenes/X.png, of a scene X      a list of these        → /scenes/index.json
 """
 import argparse
 import datetime
@@ -40,15 +40,45 @@ def as_text(value):
     raise TypeError(f"{value!r} has no JSON form")
 
 
+def defaults_in_words(schema):
+    """Generators of clients take a member with a default for one that is always there, and ask for it."""
+    if isinstance(schema, list):
+        return [defaults_in_words(value) for value in schema]
+    if not isinstance(schema, dict):
+        return schema
+    rewritten = {key: defaults_in_words(value) for key, value in schema.items() if key != "default"}
+    if "default" in schema:
+        default = json.dumps(schema["default"]).strip('"') or "empty"
+        rewritten["description"] = f"{schema.get('description', '')} Default: {default}.".strip()
+    return rewritten
+
+
+def composed(openapi, scene):
+    """The document with the schema of job bodies among its own, which refers to nothing outside of itself."""
+    body = {key: value for key, value in scene.items() if not key.startswith("$")}
+    schemas = {"JobRequest": body, **scene["$defs"]}
+    twice = schemas.keys() & openapi["components"]["schemas"].keys()
+    if twice:
+        raise SystemExit(f"openapi.yaml and scene.schema.json both name {', '.join(sorted(twice))}")
+    components = {**openapi["components"], "schemas": {**openapi["components"]["schemas"], **defaults_in_words(schemas)}}
+    text = json.dumps({**openapi, "components": components}, default=as_text)
+    own = "#/components/schemas/"
+    return json.loads(text.replace('"#/$defs/', f'"{own}').replace('"scene.schema.json"', f'"{own}JobRequest"'))
+
+
 def collect(root, generated, files):
     """(path as served, media type, file) of everything."""
     served = []
     scenes = []
+    pictures = {file.stem: file for file in files if file.parent.name == "pictures"}
     for file in files:
+        if file.parent.name == "pictures":
+            continue
         name = file.resolve().relative_to(root).as_posix()
         media_type = MEDIA_TYPES[file.suffix] if file.suffix in MEDIA_TYPES else None
         if name == "api/openapi.yaml":
-            document = yaml.safe_load(file.read_text())
+            scene = json.loads(file.with_name("scene.schema.json").read_text())
+            document = composed(yaml.safe_load(file.read_text()), scene)
             served.append(("/v1/openapi.json", MEDIA_TYPES[".json"], write_json(generated / "openapi.json", document)))
         elif name == "api/scene.schema.json":
             served.append(("/v1/scene.schema.json", "application/schema+json", file))
@@ -56,8 +86,11 @@ def collect(root, generated, files):
             path = "/" + name.removeprefix("clients/")
             if path == "/scenes/index.json":
                 raise SystemExit(f"{name}: this list is made here")
-            scenes.append({"name": path.removeprefix("/scenes/").removesuffix(".json"), "path": path})
+            picture = path.removesuffix(".json") + ".png" if file.stem in pictures else None
+            scenes.append({"name": file.stem, "path": path, "picture": picture})
             served.append((path, media_type, file))
+            if picture:
+                served.append((picture, MEDIA_TYPES[".png"], pictures[file.stem]))
         elif name.startswith("clients/web/") and media_type:
             path = "/" + name.removeprefix("clients/web/")
             served.append((path, media_type, file))

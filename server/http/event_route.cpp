@@ -4,7 +4,7 @@
 #include <map>
 #include <mutex>
 
-#include "server/http/problems.h"
+#include "api/problems.h"
 #include "server/http/routes.h"
 
 namespace penumbra::http {
@@ -14,10 +14,12 @@ namespace {
 using jobs::Clock;
 using jobs::JobManager;
 
-constexpr auto turn = std::chrono::seconds(1), comment_interval = std::chrono::seconds(15);
+constexpr std::chrono::milliseconds turn(500), comment_interval(15'000);
 constexpr double least_interval_s = 0.02;
 constexpr std::uint64_t final_event_id = 20'000;
-constexpr int retry_after_s = 5;
+/// What an EventSource does when its stream ends: it comes back after so long. Any other answer than this ends it for
+/// good.
+constexpr std::string_view come_back = "retry: 1000\n\n", come_back_later = "retry: 2000\n\n";
 
 /// Ids grow with the percentage, so that a client that comes back with the last one it saw is told only what is newer –
 /// by any server, for nothing of the past need be kept.
@@ -71,23 +73,24 @@ class StreamSlots {
 class JobEvents {
  public:
   JobEvents(const JobManager& manager, api::JobResource job, double interval_s, std::uint64_t last_id,
-            std::shared_ptr<void> slot)
+            std::function<bool()> is_wanted, std::shared_ptr<void> slot)
       : manager_(manager),
         job_(std::move(job)),
         interval_(std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(std::max(interval_s, least_interval_s)))),
         last_id_(last_id),
+        is_wanted_(std::move(is_wanted)),
         slot_(std::move(slot)) {}
 
-  /// One turn: waits for news, at most a second, and sends them. False once the stream has ended.
-  bool operator()(const Send& send, const std::function<bool()>& is_client_there) {
+  /// One turn: waits for news, at most half a second, and sends them. False once the stream has ended.
+  bool operator()(const Send& send) {
     if (is_first_turn_) {
       is_first_turn_ = false;
-      if (!send("retry: 1000\n\n")) return false;
+      if (!send(come_back)) return false;
     } else {
       wait_for_news();
     }
-    if (!is_client_there()) return false;
+    if (!is_wanted_()) return false;
     if (api::is_final(job_.state)) {
       send(event_text(api::name_of(job_.state), job_));
       return false;
@@ -127,13 +130,18 @@ class JobEvents {
   api::JobResource job_;
   Clock::duration interval_;
   std::uint64_t last_id_;
+  std::function<bool()> is_wanted_;
   std::shared_ptr<void> slot_;
   bool is_first_turn_ = true;
   Clock::time_point due_ = Clock::now(), last_sent_ = Clock::now();
 };
 
+Response event_stream(Producer producer) {
+  return {200, "text/event-stream", std::move(producer), {{"Cache-Control", "no-store"}, {"X-Accel-Buffering", "no"}}};
+}
+
 std::uint64_t last_event_id(const Request& request) {
-  const std::string_view text = request.header("last-event-id").value_or("");
+  const std::string_view text = request.fields[Field::last_event_id].value_or("");
   std::uint64_t id = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
   return error == std::errc() && end == text.data() + text.size() ? id : 0;
@@ -146,21 +154,22 @@ void add_event_route(Router& router, JobManager& manager, metrics::Metrics& metr
   const auto handler = [&manager, slots](const Request& request) -> Response {
     const std::optional<api::JobResource> job = manager.find(request.id);
     const std::optional<double> interval_s = manager.progress_interval_s(request.id);
-    if (!job || !interval_s) return problem_response(no_such_job());
+    if (!job || !interval_s) return problem_response(api::no_such_job());
     const std::uint64_t last_id = last_event_id(request);
     // The answer that tells an EventSource to stop coming back.
     if (api::is_final(job->state) && last_id >= final_event_id) return {204, "", std::string(), {}};
     // A key is one client wherever it is used, as a proxy's address is many.
     std::shared_ptr<void> slot =
         slots->take(request.caller.key_id.empty() ? request.client : "key " + request.caller.key_id);
-    if (!slot) return problem_response(unavailable("too many event streams are open"), retry_after_s);
-    const auto events = std::make_shared<JobEvents>(manager, *job, *interval_s, last_id, std::move(slot));
-    const Producer producer = [events](const Send& send, const std::function<bool()>& is_client_there) {
-      return (*events)(send, is_client_there);
-    };
-    return {200, "text/event-stream", producer, {{"Cache-Control", "no-store"}, {"X-Accel-Buffering", "no"}}};
+    if (!slot) {
+      const Producer producer = [](const Send& send) { return send(come_back_later) && false; };
+      return event_stream(producer);
+    }
+    const auto events =
+        std::make_shared<JobEvents>(manager, *job, *interval_s, last_id, request.is_wanted, std::move(slot));
+    return event_stream([events](const Send& send) { return (*events)(send); });
   };
-  router.add({"GET", "/v1/jobs/{id}/events", Body::none, handler, access::Scope::read});
+  router.add({"GET", "/v1/jobs/{id}/events", Body::none, handler, access::Scope::read, {}, true});
 }
 
 }  // namespace penumbra::http

@@ -5,6 +5,7 @@
 
 #include "server/access/key.h"
 #include "server/access/rate_limiter.h"
+#include "server/http/request_head.h"
 #include "server/http/request_ids.h"
 
 namespace penumbra::http {
@@ -15,12 +16,14 @@ struct Exchange {
   std::string client;  // address
   std::string request_id;
   std::optional<TraceParent> trace;
-  std::string method, target;  // as they were sent; empty where they could not be read
+  RequestHead head;
   std::string route = "none";
   access::Caller caller;
   std::optional<access::Rate> rate;
-  std::string origin;  // an allowed one, where the request has it
-  int status = 0;      // 0: nothing was answered
+  std::string origin;        // an allowed one, where the request has it
+  int status = 0;            // 0: nothing was answered
+  bool is_admitted = false;  // all but the body is known to be well
+  bool is_last = false;      // the connection ends with the answer
   std::uint64_t sent_bytes = 0;
 };
 

@@ -21,13 +21,14 @@ class HeldBodies {
     }
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
-    /// False when there is no room; one alone may always come.
+    /// Makes it so large, whatever it was. False when there is no room; one alone may always come.
     bool take(std::size_t bytes) {
       if (bytes <= small_body_bytes) return true;
       const std::lock_guard lock(bodies_.mutex_);
-      if (bodies_.bytes_ > 0 && bodies_.bytes_ + bytes > bodies_.most_bytes_) return false;
+      const std::size_t others = bodies_.bytes_ - bytes_;
+      if (others > 0 && others + bytes > bodies_.most_bytes_) return false;
       bytes_ = bytes;
-      bodies_.bytes_ += bytes;
+      bodies_.bytes_ = others + bytes;
       return true;
     }
 

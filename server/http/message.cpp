@@ -3,27 +3,21 @@
 #include <algorithm>
 #include <ctime>
 
-#include "server/http/problems.h"
+#include "api/problems.h"
+#include "server/http/encoding.h"
 
 namespace penumbra::http {
 
 namespace {
 
-constexpr int stopping_retry_s = 5;
-
-std::optional<std::string_view> value_of(const Fields& fields, std::string_view name) {
-  const auto field = std::find_if(fields.begin(), fields.end(), [&](const auto& f) { return f.first == name; });
-  if (field == fields.end()) return std::nullopt;
-  return field->second;
-}
+constexpr int stopping_retry_s = 5, overload_retry_s = 2;
 
 }  // namespace
 
-std::optional<std::string_view> Request::header(std::string_view lower_case_name) const {
-  return value_of(headers, lower_case_name);
+std::optional<std::string_view> Request::parameter(std::string_view name) const {
+  const auto found = std::ranges::find(query, name, &Fields::value_type::first);
+  return found == query.end() ? std::nullopt : std::optional<std::string_view>(found->second);
 }
-
-std::optional<std::string_view> Request::parameter(std::string_view name) const { return value_of(query, name); }
 
 Response json_response(int status, std::string json) {
   return {status, "application/json", std::move(json), {{"Cache-Control", "no-store"}}};
@@ -39,7 +33,11 @@ Response problem_response(const api::Problem& problem, int retry_after_s) {
   return response;
 }
 
-Response stopping_response() { return problem_response(unavailable("the server is stopping"), stopping_retry_s); }
+Response overload_response(std::string what) {
+  return problem_response(api::unavailable(std::move(what)), overload_retry_s);
+}
+
+Response stopping_response() { return problem_response(api::unavailable("the server is stopping"), stopping_retry_s); }
 
 std::string http_date() {
   const std::time_t now = std::time(nullptr);
@@ -51,30 +49,12 @@ std::string http_date() {
 
 std::string entity_tag(std::string_view sha256) { return std::string(1, '"').append(sha256).append(1, '"'); }
 
-bool names_tag(std::string_view if_none_match, std::string_view tag) {
-  while (!if_none_match.empty()) {
-    const std::size_t comma = if_none_match.find(',');
-    std::string_view candidate = trimmed(if_none_match.substr(0, comma));
-    if (candidate.starts_with("W/")) candidate.remove_prefix(2);
-    if (candidate == tag || candidate == "*") return true;
-    if (comma == std::string_view::npos) return false;
-    if_none_match.remove_prefix(comma + 1);
-  }
-  return false;
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+bool names_tag(const FieldValues& fields, std::string_view tag) {
+  const std::string compressed = gzip_tag(tag);
+  return any_member(fields[Field::if_none_match].value_or(""), [&](std::string_view member) {
+    if (member.starts_with("W/")) member.remove_prefix(2);
+    return member == tag || member == compressed || member == "*";
+  });
 }
 
 }  // namespace penumbra::http

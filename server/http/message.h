@@ -10,6 +10,7 @@
 
 #include "api/problem.h"
 #include "server/access/key.h"
+#include "server/http/fields.h"
 
 namespace penumbra::http {
 
@@ -21,21 +22,20 @@ struct Request {
   std::string path;
   std::string id;  // what the route's {id} stands for
   Fields query;
-  Fields headers;  // names in lower case
+  FieldValues fields;
   std::string_view body;
   access::Caller caller;
   std::string client;  // address
-  /// False once the client has closed the connection.
-  std::function<bool()> is_client_there;
+  /// False once nobody may have the answer: the client has closed the connection, or its key is no longer known.
+  std::function<bool()> is_wanted;
 
-  std::optional<std::string_view> header(std::string_view lower_case_name) const;
   std::optional<std::string_view> parameter(std::string_view name) const;
 };
 
 /// Sends bytes at once; false when the client is gone.
 using Send = std::function<bool(std::string_view)>;
 /// A body that grows while it is sent: called again and again until it returns false.
-using Producer = std::function<bool(const Send& send, const std::function<bool()>& is_client_there)>;
+using Producer = std::function<bool(const Send& send)>;
 
 struct Response {
   int status = 200;
@@ -50,6 +50,8 @@ Response json_response(int status, std::string json);
 Response problem_response(const api::Problem& problem);
 /// With Retry-After.
 Response problem_response(const api::Problem& problem, int retry_after_s);
+/// 503 for want of room: `what` says of what. There may be some in a moment.
+Response overload_response(std::string what);
 /// 503: who asks may try again soon.
 Response stopping_response();
 
@@ -59,12 +61,7 @@ std::string http_date();
 /// A strong ETag.
 std::string entity_tag(std::string_view sha256);
 
-/// Whether the field If-None-Match names the tag, compared weakly (RFC 9110, 13.1.2).
-bool names_tag(std::string_view if_none_match, std::string_view tag);
-
-/// `text` with A–Z in lower case.
-std::string lower_case(std::string_view text);
-/// Without spaces and tabs at both ends.
-std::string_view trimmed(std::string_view text);
+/// Whether If-None-Match names the tag, or that of the same compressed, compared weakly (RFC 9110, 13.1.2).
+bool names_tag(const FieldValues& fields, std::string_view tag);
 
 }  // namespace penumbra::http

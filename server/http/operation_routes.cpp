@@ -1,4 +1,5 @@
-#include "server/http/problems.h"
+#include "api/problems.h"
+#include "api/version.h"
 #include "server/http/routes.h"
 
 namespace penumbra::http {
@@ -14,11 +15,14 @@ Response plain_text(std::string text, std::string media_type = "text/plain; char
 }  // namespace
 
 void add_operation_routes(Router& router, const jobs::JobManager& manager, const metrics::Metrics& metrics) {
-  router.add({"GET", "/healthz", Body::none, [](const Request&) { return plain_text("ok\n"); }});
-  router.add({"GET", "/readyz", Body::none, [&](const Request&) {
+  router.add({"GET", "/healthz", Body::none,
+              [](const Request&) { return plain_text("ok\n" + api::program_name() + "\n"); }, std::nullopt});
+  router.add({"GET", "/readyz", Body::none,
+              [&](const Request&) {
                 if (manager.is_accepting()) return plain_text("ok\n");
-                return problem_response(unavailable("the server is stopping"), ready_retry_s);
-              }});
+                return problem_response(api::unavailable("the server is stopping"), ready_retry_s);
+              },
+              std::nullopt});
   router.add({"GET", "/metrics", Body::none,
               [&](const Request&) {
                 return plain_text(metrics.text(manager.counts()), "text/plain; version=0.0.4; charset=utf-8");

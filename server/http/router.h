@@ -15,14 +15,19 @@ struct Route {
   std::string path;  // may hold one segment {id}
   Body body = Body::none;
   Handler handler;
-  std::optional<access::Scope> scope = {};  // needed where keys are asked for; nothing: for everybody
-  std::string name = {};                    // in metrics and logs; empty: the path
+  // Needed where keys are asked for. That a call is for everybody – nothing – has to be said.
+  std::optional<access::Scope> scope = access::Scope::write;
+  std::string name = {};                          // in metrics and logs; empty: the path
+  bool takes_token = false;                       // also in the address, as access_token
+  std::vector<std::string_view> parameters = {};  // of the query; others are refused
+  bool takes_any_parameter = false;
 };
 
 /// Which handler answers which method and path. Filled first, then shared between threads.
 class Router {
  public:
   void add(Route route) { routes_.push_back(std::move(route)); }
+  const std::vector<Route>& routes() const { return routes_; }
 
   struct Match {
     const Route* route = nullptr;      // nothing: no such path, or not with this method

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 
+#include "server/http/guard.h"
 #include "server/http/router.h"
 #include "server/jobs/job_manager.h"
 #include "server/metrics/metrics.h"
@@ -20,6 +21,8 @@ void add_event_route(Router& router, jobs::JobManager& manager, metrics::Metrics
 void add_render_route(Router& router, jobs::JobManager& manager);
 /// /healthz, /readyz, /metrics.
 void add_operation_routes(Router& router, const jobs::JobManager& manager, const metrics::Metrics& metrics);
+/// /v1/tokens.
+void add_token_route(Router& router, const Guard& guard);
 /// The web page, the example scenes and the machine-readable contract.
 void add_asset_routes(Router& router);
 

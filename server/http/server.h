@@ -17,6 +17,7 @@ struct ServerSettings {
   ListenerSettings listener;
   /// A second address for health, readiness and metrics alone, without keys.
   std::optional<ListenerSettings> admin;
+  std::optional<KnownHosts> admin_hosts;  // that requests to it may be for; none: any
   StreamLimits streams;
   GuardSettings guard;
   std::optional<log::Format> access_log;  // nothing: no lines
@@ -39,6 +40,8 @@ class Server {
   Ports start();
   /// Lets answers under way finish for a few seconds, then ends every connection; the second address last.
   void stop();
+  /// What the first address answers.
+  const std::vector<Route>& routes() const { return router_.routes(); }
 
  private:
   const AccessLog log_;

@@ -1,6 +1,6 @@
 #include "server/jobs/endings.h"
 
-#include <cstdio>
+#include "api/problems.h"
 
 namespace penumbra::jobs {
 
@@ -12,21 +12,10 @@ store::Ending failure(api::Problem problem) {
   return ending;
 }
 
-store::Ending not_stored() {
-  return failure({"/problems/insufficient-storage",
-                  "The disk is too full",
-                  507,
-                  "the image was rendered but cannot be stored",
-                  {}});
-}
+store::Ending not_stored() { return failure(api::insufficient_storage("the image was rendered but cannot be stored")); }
 
 store::Ending stopped(StopReason reason, double time_limit_s) {
-  if (reason == StopReason::out_of_time) {
-    char detail[128];
-    std::snprintf(detail, sizeof detail, "the job was stopped after %g seconds, the limit of this server",
-                  time_limit_s);
-    return failure({"/problems/time-limit", "The job took too long", 422, detail, {}});
-  }
+  if (reason == StopReason::out_of_time) return failure(api::time_limit(time_limit_s));
   store::Ending ending;
   ending.state = api::JobState::canceled;
   ending.percent = 0;

@@ -5,11 +5,13 @@
 
 namespace penumbra::jobs {
 
-/// A failed job; the caller fills in the time and the percentage.
+// How jobs end; the caller fills in the time and the percentage.
+
+/// Of a job that failed.
 store::Ending failure(api::Problem problem);
-/// Of a job whose result cannot be stored, likewise.
+/// Of a job whose result cannot be stored.
 store::Ending not_stored();
-/// Of a job that was canceled or out of time, likewise. `time_limit_s` is for the reason out_of_time.
+/// Of a job that was canceled or out of time. `time_limit_s` is for the reason out_of_time.
 store::Ending stopped(StopReason reason, double time_limit_s);
 
 }  // namespace penumbra::jobs

@@ -5,16 +5,32 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/output/encode.h"
+#include "engine/output/thumbnail.h"
 #include "server/jobs/endings.h"
-#include "server/jobs/spec_hash.h"
 #include "server/store/sha256.h"
 
 namespace penumbra::jobs {
 
 using std::chrono::system_clock;
 
-JobManager::JobManager(const Settings& settings, store::JobStore& store, render::Pool& pool)
-    : settings_(settings), store_(store), pool_(pool), ids_(store.newest_id()) {
+namespace {
+
+store::Retention retention_without(const HeldJobs& held, store::Retention retention) {
+  retention.is_held = [&held](const std::string& id) { return held.is_held(id); };
+  return retention;
+}
+
+}  // namespace
+
+JobManager::JobManager(const Settings& settings, store::JobStore& store, system::Pool& pool)
+    : settings_(settings),
+      store_(store),
+      pool_(pool),
+      ids_(store.newest_id()),
+      retention_(retention_without(held_, settings.retention)),
+      retention_clock_(system_clock::now(), Clock::now()),
+      queue_(settings.max_running_bytes) {
   recover();
   for (int i = 0; i < std::max(1, settings_.jobs); ++i)
     runners_.emplace_back([this](const std::stop_token& stop) { run_jobs(stop); });
@@ -27,104 +43,14 @@ void JobManager::recover() {
   const std::lock_guard lock(mutex_);
   for (store::JobRecord& record : store_.unfinished()) {
     const std::string spec_hash = record.spec_hash;
+    const bool is_awaited = record.is_awaited;
     const auto job = std::make_shared<LiveJob>(std::move(record));
+    // Those who waited for it are gone.
+    if (is_awaited) job->claims = 0;
     add_live(job);
     queue_.attach(job, spec_hash, nullptr, 0);
   }
   spdlog::debug("{} unfinished jobs, {} at once", live_.size(), settings_.jobs);
-}
-
-Submission JobManager::submit(std::string body, const std::optional<std::string>& idempotency_key,
-                              const Submitter& submitter) {
-  auto request = std::make_unique<api::JobRequest>(api::parse_job(body, settings_.limits));
-  std::optional<store::IdempotencyKey> key;
-  if (idempotency_key) key = store::IdempotencyKey{*idempotency_key, store::sha256_hex(body), submitter.owner};
-  const auto answer_of = [&](const store::Created& created) {
-    const bool is_conflict = created.outcome == store::Created::Outcome::conflict;
-    if (!is_conflict) claim(created.job.id);
-    return Submission{is_conflict ? Submission::Outcome::key_conflict : Submission::Outcome::repeated,
-                      find(created.job.id).value_or(resource_of(created.job)), 1};
-  };
-  // A repeated call is answered even when the queue is full.
-  if (key) {
-    if (const std::optional<store::Created> created = store_.find_key(*key)) return answer_of(*created);
-  }
-
-  store::JobRecord record;
-  record.owner = submitter.owner;
-  record.created_at = system_clock::now();
-  record.spec_hash = spec_hash(*request);
-  record.priority = request->options.priority;
-  record.progress_interval_s = request->options.progress_interval_s;
-  const std::size_t body_bytes = body.size();
-  std::shared_ptr<LiveJob> job;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!is_accepting_) return {Submission::Outcome::stopping, {}, 1};
-    const auto places = static_cast<std::size_t>(settings_.jobs) + settings_.max_queued;
-    if (live_.size() >= places || (!queue_.is_empty() && queue_.bytes() + body_bytes > settings_.max_queued_bytes)) {
-      ++totals_.refused;
-      return {Submission::Outcome::queue_full, {}, retry_after_s()};
-    }
-    const auto own = live_of_.find(submitter.owner);
-    if (submitter.max_jobs && own != live_of_.end() && own->second >= *submitter.max_jobs) {
-      ++totals_.refused;
-      return {Submission::Outcome::owner_full, {}, retry_after_s()};
-    }
-    record.id = ids_.next(record.created_at);
-    job = std::make_shared<LiveJob>(record);
-    // Known before it is stored, so that no call can find it and yet not stop it.
-    add_live(job);
-  }
-  const auto forget = [&] {
-    const std::lock_guard lock(mutex_);
-    drop_live(record.id);
-  };
-  store::Created created;
-  try {
-    created = store_.create(record, std::move(body), key);
-  } catch (const store::StorageFull&) {
-    forget();
-    return {Submission::Outcome::storage_full, {}, 1};
-  } catch (const store::StoreFailed&) {
-    forget();
-    return {Submission::Outcome::stopping, {}, 1};
-  } catch (...) {
-    forget();
-    throw;
-  }
-  if (created.outcome != store::Created::Outcome::created) {
-    forget();
-    return answer_of(created);
-  }
-  return enter(job, created.job, std::move(request), body_bytes);
-}
-
-Submission JobManager::enter(const std::shared_ptr<LiveJob>& job, const store::JobRecord& stored,
-                             std::unique_ptr<api::JobRequest> request, std::size_t body_bytes) {
-  std::shared_ptr<SharedRender> running;
-  Submission submission{Submission::Outcome::accepted, resource_of(stored), 1};
-  std::unique_lock lock(mutex_);
-  ++totals_.accepted;
-  if (stored.state == api::JobState::succeeded) {
-    // An equal job's image was there.
-    ++totals_.succeeded;
-    drop_live(job->id());
-  } else if (job->is_cancel_asked) {
-    lock.unlock();
-    end(*job, stopped(StopReason::canceled, 0));
-  } else if (is_stopping_) {
-    drop_live(job->id());
-    job->leave();
-  } else {
-    queue_.attach(job, stored.spec_hash, std::move(request), body_bytes);
-    submission.job.queue_position = queue_.position(*job);
-    if (job->render->is_running) running = job->render;
-    work_available_.notify_one();
-  }
-  if (lock) lock.unlock();
-  if (running) start(*job, running);
-  return submission;
 }
 
 void JobManager::add_live(const std::shared_ptr<LiveJob>& job) {
@@ -190,7 +116,7 @@ JobList JobManager::list(const store::Filter& filter, std::size_t limit,
     const bool is_live = live != live_.end() && live->second->resource().state == record.state;
     api::JobResource resource = is_live ? live->second->resource() : resource_of(record);
     if (is_live) {
-      const auto position = positions.find(live->second->render.get());
+      const auto position = positions.find(live->second.get());
       if (position != positions.end()) resource.queue_position = position->second;
     }
     list.jobs.push_back(std::move(resource));
@@ -215,25 +141,31 @@ void JobManager::give_up(const std::string& id) {
 
 std::optional<api::JobResource> JobManager::cancel(const std::string& id) {
   if (const std::shared_ptr<LiveJob> job = find_live(id)) {
-    bool is_mine = false, is_ending = false;
-    {
-      const std::lock_guard lock(mutex_);
-      job->is_cancel_asked = true;
-      is_mine = queue_.detach(*job);
-      is_ending = !is_mine && job->render && job->render->jobs.empty();
-    }
-    if (is_mine) {
-      // What waited behind it may fit.
-      work_available_.notify_all();
-      end_waiting(job);
-    } else if (is_ending) {
-      // Too late: how it ends is decided, and about to be stored.
-      constexpr auto longest = std::chrono::seconds(10);
-      job->wait_until_final(Clock::now() + longest);
+    switch (queue_.cancel(*job)) {
+      case RenderQueue::Cancel::is_yours:
+        end_waiting(job);
+        break;
+      case RenderQueue::Cancel::is_too_late: {
+        // It is about to be stored.
+        constexpr auto longest = std::chrono::seconds(10);
+        job->wait_until_final(Clock::now() + longest);
+        break;
+      }
+      case RenderQueue::Cancel::is_stopping:
+      case RenderQueue::Cancel::is_noted:
+        free_key(id);
     }
   }
   cancel_left(id);
   return find(id);
+}
+
+void JobManager::free_key(const std::string& id) {
+  try {
+    store_.free_key(id);
+  } catch (const std::exception& error) {
+    spdlog::error("job {}: its key is free only once it has ended: {}", id, error.what());
+  }
 }
 
 void JobManager::end_waiting(const std::shared_ptr<LiveJob>& job) {
@@ -241,14 +173,7 @@ void JobManager::end_waiting(const std::shared_ptr<LiveJob>& job) {
     return end(*job, stopped(StopReason::canceled, 0), WhenFull::fail);
   } catch (const store::StorageFull&) {
     const std::optional<store::JobRecord> record = store_.find(job->id());
-    bool is_back = false;
-    {
-      const std::lock_guard lock(mutex_);
-      job->is_cancel_asked = false;
-      is_back = record && !is_stopping_;
-      if (is_back) queue_.attach(job, record->spec_hash, nullptr, 0);
-    }
-    work_available_.notify_all();
+    const bool is_back = record && queue_.attach_again(job, record->spec_hash);
     if (!is_back) leave(*job);
     throw;
   }
@@ -278,6 +203,22 @@ bool JobManager::remove(const std::string& id) {
 
 std::optional<store::FoundImage> JobManager::image(const std::string& id) const { return store_.image(id); }
 
+std::optional<store::FoundImage> JobManager::thumbnail(const std::string& id) const {
+  std::optional<store::FoundImage> found = store_.thumbnail(id);
+  if (!found || found->state != store::ImageState::present || found->image.bytes) return found;
+  // The image is small itself, or from before there were thumbnails.
+  const std::optional<api::JobResource> job = this->find(id);
+  found = store_.image(id);
+  if (!job || !found || found->state != store::ImageState::present) return found;
+  std::shared_ptr<const std::string> png = found->image.png_preview ? found->image.png_preview : found->image.bytes;
+  if (!job->shape || std::max(job->shape->width, job->shape->height) > thumbnail_edge) {
+    const render::Film film = output::decode_png(*png);
+    png = std::make_shared<const std::string>(output::encode(output::thumbnail(film, thumbnail_edge), {}));
+  }
+  found->image = {png, "image/png", store::sha256_hex(*png), nullptr, nullptr};
+  return found;
+}
+
 std::optional<Preview> JobManager::preview(const std::string& id) const {
   std::shared_ptr<SharedRender> render;
   bool is_live = false;
@@ -285,7 +226,7 @@ std::optional<Preview> JobManager::preview(const std::string& id) const {
     const std::lock_guard lock(mutex_);
     const auto job = live_.find(id);
     is_live = job != live_.end();
-    if (is_live) render = job->second->render;
+    if (is_live) render = queue_.render_of(*job->second);
   }
   if (is_live) {
     std::shared_ptr<const std::string> png = render ? render->preview() : nullptr;
@@ -321,16 +262,12 @@ bool JobManager::is_stopping() const {
 }
 
 void JobManager::stop() {
-  std::vector<std::shared_ptr<LiveJob>> waiting;
   {
     const std::lock_guard lock(mutex_);
     is_accepting_ = false;
     is_stopping_ = true;
-    while (const std::shared_ptr<SharedRender> render = queue_.take_next()) {
-      for (auto& job : queue_.close(*render)) waiting.push_back(std::move(job));
-    }
-    for (const auto& [key, render] : running_) render->ask_to_stop(StopReason::server_stopped);
   }
+  const std::vector<std::shared_ptr<LiveJob>> waiting = queue_.close();
   time_passes_.notify_all();
   for (const auto& job : waiting) leave(*job);
   for (std::jthread& runner : runners_) runner.request_stop();
@@ -349,9 +286,10 @@ int JobManager::retry_after_s() const {
 Counts JobManager::counts() const {
   const std::lock_guard lock(mutex_);
   Counts counts = totals_;
-  counts.queued = queue_.waiting_jobs();
-  for (const auto& [key, render] : running_) counts.running += render->jobs.size();
-  counts.renders = running_.size();
+  const RenderQueue::Counts queued = queue_.counts();
+  counts.queued = queued.waiting_jobs;
+  counts.running = queued.running_jobs;
+  counts.renders = queued.running_renders;
   counts.max_queued = settings_.max_queued;
   return counts;
 }

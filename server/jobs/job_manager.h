@@ -12,14 +12,18 @@
 #include <thread>
 #include <unordered_map>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "api/job_request.h"
 #include "api/job_resource.h"
-#include "engine/render/pool.h"
+#include "engine/system/pool.h"
+#include "server/jobs/held_jobs.h"
 #include "server/jobs/job_ids.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/render_queue.h"
+#include "server/jobs/retention_clock.h"
+#include "server/jobs/turns.h"
 #include "server/store/job_store.h"
 
 namespace penumbra::jobs {
@@ -38,10 +42,14 @@ struct Settings {
   std::function<void(const render::Stats& stats)> on_image;
 };
 
-/// Whose job it is, and how many unfinished ones they may have.
+inline constexpr int thumbnail_edge = 256;  // pixels
+
+/// Whose job it is, how many unfinished ones they may have, and whether they wait for the image: when the last of those
+/// has given the job up, nobody wants it.
 struct Submitter {
   std::string owner;
   std::optional<std::size_t> max_jobs;
+  bool is_waiting = false;
 };
 
 struct Submission {
@@ -49,6 +57,8 @@ struct Submission {
   Outcome outcome = Outcome::accepted;
   api::JobResource job;   // when accepted or repeated
   int retry_after_s = 1;  // when a queue is full
+  /// While this lives, retention takes neither the job nor its image. The manager must outlive it.
+  HeldJobs::Hold hold;
 };
 
 struct JobList {
@@ -74,7 +84,7 @@ struct Counts {
 class JobManager {
  public:
   /// Takes up what the store has left unfinished. Store and pool must outlive the manager.
-  JobManager(const Settings& settings, store::JobStore& store, render::Pool& pool);
+  JobManager(const Settings& settings, store::JobStore& store, system::Pool& pool);
   /// Stops.
   ~JobManager();
   JobManager(const JobManager&) = delete;
@@ -102,6 +112,10 @@ class JobManager {
   bool remove(const std::string& id);
 
   std::optional<store::FoundImage> image(const std::string& id) const;
+  /// A PNG of the image with at most `thumbnail_edge` pixels at the longer edge.
+  std::optional<store::FoundImage> thumbnail(const std::string& id) const;
+  /// The body as it was submitted; nothing when there is no such job, or the body is kept no more.
+  std::optional<std::string> scene(const std::string& id) const { return store_.spec(id); }
   std::optional<Preview> preview(const std::string& id) const;
   /// Least seconds between two progress reports of this job.
   std::optional<double> progress_interval_s(const std::string& id) const;
@@ -120,6 +134,11 @@ class JobManager {
 
  private:
   void recover();
+  /// The job that a key has already made, or that it cannot; nothing when the key is free.
+  std::optional<Submission> repeated(const store::IdempotencyKey& key);
+  /// A fresh job that is known from now on, or why there is none.
+  std::variant<std::shared_ptr<LiveJob>, Submission> admit(store::JobRecord record, std::size_t body_bytes,
+                                                           const Submitter& submitter);
   /// What becomes of a job that has been stored.
   Submission enter(const std::shared_ptr<LiveJob>& job, const store::JobRecord& stored,
                    std::unique_ptr<api::JobRequest> request, std::size_t body_bytes);
@@ -135,6 +154,8 @@ class JobManager {
   /// When not even a few bytes can be stored: wait until they can, or throw StorageFull.
   enum class WhenFull { wait, fail };
   void end(LiveJob& job, store::Ending ending, WhenFull when_full = WhenFull::wait);
+  /// Of a job whose cancel has been accepted: it is on its way there.
+  void free_key(const std::string& id);
   /// Ends a job that was taken from the queue; it is there again when this throws.
   void end_waiting(const std::shared_ptr<LiveJob>& job);
   /// Stores how the job ended, or, when that is too much, that it could not be stored. False when the server must leave
@@ -146,35 +167,31 @@ class JobManager {
   void put_back(const LiveJob& job);
   void expire();
   std::shared_ptr<LiveJob> find_live(const std::string& id) const;
-  std::vector<std::shared_ptr<LiveJob>> jobs_of(const SharedRender& render) const;
   int retry_after_s() const;
   /// What a stopping server has left queued in the store is canceled there.
   void cancel_left(const std::string& id);
   void claim(const std::string& id);
-  /// Whether a render that needs this much may start beside those that run; needs mutex_ held.
-  bool has_room(std::size_t bytes) const;
-  /// For a render whose need was not known when it was taken: waits until there is room, or it is to stop.
-  void wait_for_room(SharedRender& render, std::size_t bytes);
   /// Both need mutex_ held.
   void add_live(const std::shared_ptr<LiveJob>& job);
   void drop_live(const std::string& id);
 
   const Settings settings_;
   store::JobStore& store_;
-  render::Pool& pool_;
+  system::Pool& pool_;
   JobIds ids_;
+  HeldJobs held_;
+  const store::Retention retention_;  // of the settings, but for what is held
+  RetentionClock retention_clock_;
+  Turns key_turns_;  // of those who submit with the same key
+  RenderQueue queue_;
 
   mutable std::mutex mutex_;
-  std::condition_variable_any work_available_, time_passes_;
-  // Guarded by mutex_:
-  RenderQueue queue_;
+  std::condition_variable_any time_passes_;
+  // Guarded by mutex_, under which nobody but the queue is called:
   std::unordered_map<std::string, std::shared_ptr<LiveJob>> live_;  // being stored, queued and running
   std::map<std::string, std::size_t> live_of_;                      // how many of them by owner
-  std::unordered_map<SharedRender*, std::shared_ptr<SharedRender>> running_;
   bool is_accepting_ = true, is_stopping_ = false;
-  std::size_t running_bytes_ = 0;             // the sum of what they hold
-  std::shared_ptr<SharedRender> unmeasured_;  // taken from the queue, not known yet what memory it needs
-  double average_s_ = 1;                      // of recent renders
+  double average_s_ = 1;  // of recent renders
   Counts totals_;
 
   std::vector<std::jthread> runners_;

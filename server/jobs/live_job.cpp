@@ -35,6 +35,7 @@ void LiveJob::end(const store::Ending& ending) {
     record_.finished_at = ending.finished_at;
     record_.error = ending.error;
     record_.stats = ending.stats;
+    if (ending.image) record_.size_bytes = ending.image->bytes->size();
     running_.reset();
   }
   has_ended_.notify_all();
@@ -55,9 +56,10 @@ api::Time LiveJob::not_before(api::Time now) const {
 
 api::JobResource LiveJob::resource() const {
   const std::lock_guard lock(mutex_);
-  if (record_.state != api::JobState::running) return resource_of(record_);
-  record_.percent = std::max(record_.percent, std::min(running_->control.percent(), most_while_running));
   api::JobResource resource = resource_of(record_);
+  if (record_.state != api::JobState::running) return resource;
+  // What it had reached before a restart, or more.
+  resource.percent = std::max(record_.percent, std::min(running_->control.percent(), most_while_running));
   resource.eta_s = running_->eta_s();
   return resource;
 }
@@ -68,16 +70,12 @@ void LiveJob::wait_until_final(Clock::time_point deadline) const {
 }
 
 api::JobResource resource_of(const store::JobRecord& record) {
-  api::JobResource resource;
-  resource.id = record.id;
-  resource.state = record.state;
-  resource.percent = record.percent;
-  resource.created_at = record.created_at;
-  resource.started_at = record.started_at;
-  resource.finished_at = record.finished_at;
-  resource.error = record.error;
-  resource.stats = record.stats;
-  return resource;
+  // A record that gets another member no longer compiles here.
+  [[maybe_unused]] const auto& [id, owner, spec_hash, state, priority, progress_interval_s, percent, crashes,
+                                created_at, started_at, finished_at, error, stats, name, shape, size_bytes,
+                                is_awaited] = record;
+  return {id,          state, percent, std::nullopt, std::nullopt, created_at, started_at,
+          finished_at, error, stats,   name,         shape,        size_bytes};
 }
 
 }  // namespace penumbra::jobs

@@ -20,9 +20,10 @@ class LiveJob {
   api::Time created_at() const { return created_at_; }
   int priority() const { return priority_; }
 
-  // Guarded by the mutex of the JobManager:
+  // For the RenderQueue alone, under its lock:
   std::shared_ptr<SharedRender> render;  // nothing while the job is being stored
   bool is_cancel_asked = false;
+  // Guarded by the mutex of the JobManager:
   int claims = 1;  // calls that were answered with this job and have not given it up
 
   /// queued → running, as the render it takes part in does. False when the server has left the job.
@@ -46,7 +47,7 @@ class LiveJob {
   mutable std::mutex mutex_;
   mutable std::condition_variable has_ended_;
   // Guarded by mutex_:
-  mutable store::JobRecord record_;
+  store::JobRecord record_;
   std::shared_ptr<const SharedRender> running_;  // the render, while it runs
   bool is_left_ = false;
 };

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <new>
 
+#include "api/problems.h"
 #include "engine/output/encode.h"
+#include "engine/output/thumbnail.h"
 #include "engine/render/render.h"
 #include "server/jobs/endings.h"
 #include "server/jobs/job_manager.h"
@@ -14,43 +16,7 @@ namespace penumbra::jobs {
 using std::chrono::system_clock;
 
 void JobManager::run_jobs(const std::stop_token& stop) {
-  while (true) {
-    std::shared_ptr<SharedRender> render;
-    {
-      std::unique_lock lock(mutex_);
-      // The first waits for room rather than being passed by smaller ones for ever.
-      const auto may_take = [&] { return !queue_.is_empty() && !unmeasured_ && has_room(queue_.next_memory_bytes()); };
-      if (!work_available_.wait(lock, stop, may_take)) return;
-      render = queue_.take_next();
-      // Nobody is taken after one whose need is not known before it is, or those after it would get ahead of it.
-      if (render->memory_bytes() == 0) unmeasured_ = render;
-      render->held_bytes = render->memory_bytes();
-      running_bytes_ += render->held_bytes;
-      running_.emplace(render.get(), render);
-    }
-    run(render);
-  }
-}
-
-bool JobManager::has_room(std::size_t bytes) const {
-  return running_bytes_ == 0 ||
-         (bytes <= settings_.max_running_bytes && running_bytes_ <= settings_.max_running_bytes - bytes);
-}
-
-void JobManager::wait_for_room(SharedRender& render, std::size_t bytes) {
-  constexpr auto pause = std::chrono::milliseconds(20);
-  std::unique_lock lock(mutex_);
-  // Whoever asks it to stop wakes nobody here.
-  while (!has_room(bytes) && !render.stop_reason()) work_available_.wait_for(lock, pause);
-  unmeasured_.reset();
-  render.held_bytes = bytes;
-  running_bytes_ += bytes;
-  work_available_.notify_all();
-}
-
-std::vector<std::shared_ptr<LiveJob>> JobManager::jobs_of(const SharedRender& render) const {
-  const std::lock_guard lock(mutex_);
-  return render.jobs;
+  while (const std::shared_ptr<SharedRender> render = queue_.take_next(stop)) run(render);
 }
 
 void JobManager::run(const std::shared_ptr<SharedRender>& render) {
@@ -66,39 +32,31 @@ void JobManager::run(const std::shared_ptr<SharedRender>& render) {
     ending = not_stored();
   } catch (const std::bad_alloc&) {
     spdlog::error("a render: out of memory");
-    ending = failure({"/problems/out-of-memory", "Out of memory", 500, "the server ran out of memory", {}});
+    ending = failure(api::out_of_memory());
   } catch (const std::exception& error) {
     spdlog::error("a render: {}", error.what());
-    ending = failure({"/problems/render-failed", "The render failed", 500, "the render failed; the log says why", {}});
+    ending = failure(api::render_failed("the render failed; the log says why"));
   }
   if (settings_.on_image && ending && ending->stats) settings_.on_image(*ending->stats);
   const double took_s = render->running_s();
-  std::vector<std::shared_ptr<LiveJob>> jobs;
-  std::vector<bool> is_canceled;  // whoever asked was told that the job is on its way there
   {
     const std::lock_guard lock(mutex_);
-    jobs = queue_.close(*render);
-    for (const std::shared_ptr<LiveJob>& job : jobs) is_canceled.push_back(job->is_cancel_asked);
-    running_.erase(render.get());
-    if (unmeasured_ == render) unmeasured_.reset();
-    running_bytes_ -= render->held_bytes;
     average_s_ += (took_s - average_s_) / 8;
   }
-  work_available_.notify_all();
-  for (std::size_t i = 0; i < jobs.size(); ++i) {
-    if (is_canceled[i]) {
-      end(*jobs[i], stopped(StopReason::canceled, 0));
+  for (const auto& [job, is_to_be_canceled] : queue_.finish(*render)) {
+    if (is_to_be_canceled) {
+      end(*job, stopped(StopReason::canceled, 0));
     } else if (ending) {
-      end(*jobs[i], *ending);
+      end(*job, *ending);
     } else {
-      leave(*jobs[i]);
+      leave(*job);
     }
   }
 }
 
 std::unique_ptr<api::JobRequest> JobManager::request_of(SharedRender& render) const {
   if (std::unique_ptr<api::JobRequest> request = render.take_request()) return request;
-  for (const std::shared_ptr<LiveJob>& job : jobs_of(render)) {
+  for (const std::shared_ptr<LiveJob>& job : queue_.jobs_of(render)) {
     // Nothing when it has been canceled just now.
     const std::optional<std::string> body = store_.spec(job->id());
     if (body) return std::make_unique<api::JobRequest>(api::parse_job(*body, settings_.limits));
@@ -117,9 +75,9 @@ void JobManager::start(LiveJob& job, const std::shared_ptr<SharedRender>& render
 std::optional<store::Ending> JobManager::start_and_render(const std::shared_ptr<SharedRender>& render) {
   const std::unique_ptr<api::JobRequest> request = request_of(*render);
   if (!request) return stopped(StopReason::canceled, 0);
-  if (render->memory_bytes() == 0) wait_for_room(*render, api::estimate_cost(*request).memory_bytes);
+  if (render->memory_bytes() == 0) queue_.wait_for_room(*render, api::estimate_cost(*request).memory_bytes);
   render->start(request->options.width, request->options.height);
-  for (const std::shared_ptr<LiveJob>& job : jobs_of(*render)) start(*job, render);
+  for (const std::shared_ptr<LiveJob>& job : queue_.jobs_of(*render)) start(*job, render);
   return rendered(*render, *request);
 }
 
@@ -132,13 +90,20 @@ std::optional<store::Ending> JobManager::rendered(SharedRender& render, const ap
   if (request.options.format == scene::ImageFormat::exr) output::preload();
   std::optional<render::Picture> picture = render::render(request.scene, request.options, pool_, render.control);
   if (const auto reason = render.stop_reason()) return stopped_here(*reason);
-  if (!picture) return failure({"/problems/render-failed", "The render failed", 500, "the render gave no image", {}});
+  if (!picture) return failure(api::render_failed("the render gave no image"));
 
   const Clock::time_point start = Clock::now();
   const output::Encoding encoding = output::encoding_of(request.options);
   store::Image image;
   image.bytes = std::make_shared<const std::string>(output::encode(*picture->film, encoding));
   image.media_type = output::media_type(encoding.format);
+  if (std::max(picture->film->width, picture->film->height) > thumbnail_edge) {
+    // As the image looks, or its preview.
+    const bool is_png = encoding.format == scene::ImageFormat::png;
+    const output::Encoding small{scene::ImageFormat::png, is_png ? encoding.transfer : scene::Transfer::srgb};
+    const render::Film film = output::thumbnail(*picture->film, thumbnail_edge);
+    image.thumbnail = std::make_shared<const std::string>(output::encode(film, small));
+  }
   picture->stats.encode_s = std::chrono::duration<double>(Clock::now() - start).count();
   image.sha256 = store::sha256_hex(*image.bytes);
   if (encoding.format != scene::ImageFormat::png)
@@ -210,13 +175,11 @@ void JobManager::leave(LiveJob& job) {
   // First, so that either this finds it running or who starts it finds it left.
   job.leave();
   if (job.resource().state == api::JobState::running) put_back(job);
-  bool is_cancel_asked = false;
   {
     const std::lock_guard lock(mutex_);
     drop_live(job.id());
-    is_cancel_asked = job.is_cancel_asked;
   }
-  if (!is_cancel_asked) return;
+  if (!queue_.is_to_be_canceled(job)) return;
   try {
     cancel_left(job.id());
   } catch (const std::exception& error) {
@@ -234,7 +197,7 @@ void JobManager::put_back(const LiveJob& job) {
 
 void JobManager::expire() {
   try {
-    store_.expire(settings_.retention, system_clock::now());
+    store_.expire(retention_, retention_clock_.tell(system_clock::now(), Clock::now()));
   } catch (const std::exception& error) {
     spdlog::error("nothing can be removed from the store: {}", error.what());
   }
@@ -246,12 +209,8 @@ void JobManager::keep_time(const std::stop_token& stop) {
   const auto tick = duration_cast<Clock::duration>(std::chrono::duration<double>(tick_s));
   std::unique_lock lock(mutex_);
   while (!stop.stop_requested()) {
-    if (settings_.time_limit_s) {
-      for (const auto& [key, render] : running_) {
-        if (render->running_s() > *settings_.time_limit_s) render->ask_to_stop(StopReason::out_of_time);
-      }
-    }
     lock.unlock();
+    if (settings_.time_limit_s) queue_.stop_overdue(*settings_.time_limit_s);
     expire();
     lock.lock();
     time_passes_.wait_for(lock, stop, tick, [] { return false; });

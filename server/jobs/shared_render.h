@@ -49,7 +49,7 @@ class SharedRender {
 
   /// (−priority, id of the oldest job): the least is next.
   using QueueKey = std::pair<int, std::string>;
-  // Guarded by the mutex of the JobManager:
+  // For the RenderQueue alone, under its lock:
   std::vector<std::shared_ptr<LiveJob>> jobs;  // that are to have the image
   QueueKey key;                                // where it waits
   bool is_running = false;

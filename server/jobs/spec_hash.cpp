@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "api/version.h"
 #include "server/store/sha256.h"
 
 namespace penumbra::jobs {
@@ -150,11 +151,11 @@ class SpecHasher {
   }
   void add(const Options& value) {
     [[maybe_unused]] const auto& [width, height, samples, shadow_samples, target_error, time_budget_s, max_depth,
-                                  min_contribution, threads, acceleration, seed, transfer, format, bit_depth,
+                                  min_contribution, threads, acceleration, seed, exposure, transfer, format, bit_depth,
                                   progress_interval_s, priority] = value;
     // The accelerations may differ in a level of a few pixels.
-    add(width, height, samples, shadow_samples, target_error, max_depth, min_contribution, acceleration, seed, transfer,
-        format, bit_depth);
+    add(width, height, samples, shadow_samples, target_error, max_depth, min_contribution, acceleration, seed, exposure,
+        transfer, format, bit_depth);
   }
 
   std::string hex() {
@@ -184,6 +185,6 @@ std::string spec_hash(const api::JobRequest& request) {
   return hasher.hex();
 }
 
-std::string engine_version() { return PENUMBRA_ENGINE; }
+std::string engine_version() { return std::string(api::version()) + "-" + std::string(api::engine_hash()); }
 
 }  // namespace penumbra::jobs

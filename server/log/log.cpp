@@ -2,16 +2,25 @@
 
 #include <spdlog/formatter.h>
 #include <spdlog/pattern_formatter.h>
-#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <memory>
+#include <mutex>
+
+#include "server/log/background_lines.h"
 
 namespace penumbra::log {
 
 namespace {
+
+constexpr std::size_t max_waiting_bytes = 1u << 20;
+
+std::atomic<std::uint64_t> dropped = 0;  // lines
 
 /// How many bytes the character at the start of `text` has; 0 when it is not UTF-8 (RFC 3629, section 4).
 std::size_t character_bytes(std::string_view text) {
@@ -66,10 +75,37 @@ class Formatter : public spdlog::formatter {
   spdlog::pattern_formatter time_{"%Y-%m-%dT%H:%M:%S.%eZ", spdlog::pattern_time_type::utc, ""};
 };
 
+class Sink : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  explicit Sink(std::shared_ptr<BackgroundLines> lines) : lines_(std::move(lines)) {}
+
+ private:
+  void sink_it_(const spdlog::details::log_msg& entry) override {
+    spdlog::memory_buf_t line;
+    formatter_->format(entry, line);
+    if (!lines_->add({line.data(), line.size()})) ++dropped;
+  }
+  void flush_() override {}
+
+  const std::shared_ptr<BackgroundLines> lines_;
+};
+
+/// A line like the others.
+std::string note_of_gap(Format format, std::uint64_t count) {
+  const std::string text = std::to_string(count) + " lines of the log were dropped: nobody read them in time";
+  spdlog::memory_buf_t line;
+  Formatter(format).format({"penumbra", spdlog::level::warn, text}, line);
+  return {line.data(), line.size()};
+}
+
 }  // namespace
 
-void configure(Format format, const std::string& level) {
-  const auto sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+std::uint64_t dropped_lines() { return dropped; }
+
+Output::Output(Format format, const std::string& level)
+    : lines_(std::make_shared<BackgroundLines>(STDERR_FILENO, max_waiting_bytes,
+                                               [format](std::uint64_t count) { return note_of_gap(format, count); })) {
+  const auto sink = std::make_shared<Sink>(lines_);
   const auto logger = std::make_shared<spdlog::logger>("penumbra", sink);
   const auto access = std::make_shared<spdlog::logger>(access_logger, sink);
   for (const auto& each : {logger, access}) {
@@ -79,6 +115,12 @@ void configure(Format format, const std::string& level) {
   spdlog::set_default_logger(logger);
   spdlog::drop(access_logger);
   spdlog::register_logger(access);
+}
+
+Output::~Output() {
+  // The loggers hold the lines too. What is logged from now on goes nowhere.
+  spdlog::drop_all();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("penumbra"));
 }
 
 std::string quoted(std::string_view text) {

@@ -6,8 +6,11 @@
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
+#include <string>
 #include <vector>
 
+#include "api/version.h"
+#include "server/log/log.h"
 #include "server/metrics/process.h"
 
 namespace penumbra::metrics {
@@ -58,23 +61,25 @@ Sampled counter(std::string name, std::string help) {
 
 void sample_jobs(const jobs::Counts& jobs, std::vector<MetricFamily>& families) {
   const auto number = [](auto count) { return static_cast<double>(count); };
+  // A count more no longer compiles here.
+  const auto& [queued, running, renders, max_queued, accepted, succeeded, failed, canceled, refused] = jobs;
   families.push_back(
-      gauge("penumbra_build_info", "Always 1; the version is a label.").add(1, {{"version", PENUMBRA_VERSION}}).done());
+      gauge("penumbra_build_info", "Always 1; the version and the hash of the engine's sources are labels.")
+          .add(1, {{"engine", std::string(api::short_engine_hash())}, {"version", std::string(api::version())}})
+          .done());
   families.push_back(gauge("penumbra_jobs", "Unfinished jobs, by state.")
-                         .add(number(jobs.queued), {{"state", "queued"}})
-                         .add(number(jobs.running), {{"state", "running"}})
+                         .add(number(queued), {{"state", "queued"}})
+                         .add(number(running), {{"state", "running"}})
                          .done());
+  families.push_back(gauge("penumbra_renders", "Renders under way; equal jobs share one.").add(number(renders)).done());
+  families.push_back(gauge("penumbra_queue_limit", "Jobs that may wait at most.").add(number(max_queued)).done());
+  families.push_back(counter("penumbra_jobs_accepted_total", "Jobs taken.").add(number(accepted)).done());
   families.push_back(
-      gauge("penumbra_renders", "Renders under way; equal jobs share one.").add(number(jobs.renders)).done());
-  families.push_back(gauge("penumbra_queue_limit", "Jobs that may wait at most.").add(number(jobs.max_queued)).done());
-  families.push_back(counter("penumbra_jobs_accepted_total", "Jobs taken.").add(number(jobs.accepted)).done());
-  families.push_back(counter("penumbra_jobs_refused_total", "Jobs refused because a queue was full.")
-                         .add(number(jobs.refused))
-                         .done());
+      counter("penumbra_jobs_refused_total", "Jobs refused because a queue was full.").add(number(refused)).done());
   families.push_back(counter("penumbra_jobs_ended_total", "Jobs ended, by their last state.")
-                         .add(number(jobs.succeeded), {{"state", "succeeded"}})
-                         .add(number(jobs.failed), {{"state", "failed"}})
-                         .add(number(jobs.canceled), {{"state", "canceled"}})
+                         .add(number(succeeded), {{"state", "succeeded"}})
+                         .add(number(failed), {{"state", "failed"}})
+                         .add(number(canceled), {{"state", "canceled"}})
                          .done());
 }
 
@@ -161,10 +166,11 @@ void Metrics::job_started(double waited_s) { families_->queue_wait.Observe(waite
 void Metrics::image_rendered(const render::Stats& stats) {
   families_->render.Observe(stats.render_s);
   families_->error.Observe(stats.estimated_error);
-  families_->camera.Increment(static_cast<double>(stats.rays.camera));
-  families_->shadow.Increment(static_cast<double>(stats.rays.shadow));
-  families_->reflection.Increment(static_cast<double>(stats.rays.reflection));
-  families_->transmission.Increment(static_cast<double>(stats.rays.transmission));
+  const auto& [camera, shadow, reflection, transmission] = stats.rays;
+  families_->camera.Increment(static_cast<double>(camera));
+  families_->shadow.Increment(static_cast<double>(shadow));
+  families_->reflection.Increment(static_cast<double>(reflection));
+  families_->transmission.Increment(static_cast<double>(transmission));
 }
 
 void Metrics::store_called(std::string_view operation, double seconds) {
@@ -175,6 +181,9 @@ std::string Metrics::text(const jobs::Counts& jobs) const {
   std::vector<MetricFamily> families;
   sample_jobs(jobs, families);
   for (MetricFamily& family : families_->registry.Collect()) families.push_back(std::move(family));
+  families.push_back(counter("penumbra_log_dropped_lines_total", "Lines of the log that nobody read in time.")
+                         .add(static_cast<double>(log::dropped_lines()))
+                         .done());
   sample_process(families);
   return prometheus::TextSerializer().Serialize(families);
 }

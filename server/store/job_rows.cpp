@@ -42,15 +42,28 @@ JobRecord job_of(const Query& row) {
   if (!is_null(row, Column::error)) job.error = unpacked_problem(text(row, Column::error));
   if (!is_null(row, Column::stats)) job.stats = unpacked_stats(text(row, Column::stats));
   job.spec_hash = text(row, Column::spec_hash);
+  job.name = text(row, Column::name);
+  job.is_awaited = integer(row, Column::is_awaited) != 0;
+  if (!is_null(row, Column::width)) {
+    job.shape =
+        api::ImageShape{static_cast<int>(integer(row, Column::width)), static_cast<int>(integer(row, Column::height)),
+                        static_cast<scene::ImageFormat>(integer(row, Column::format))};
+  }
+  if (!is_null(row, Column::size_bytes)) job.size_bytes = static_cast<std::uint64_t>(integer(row, Column::size_bytes));
   return job;
 }
 
-void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image) {
+void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image, std::size_t spec_bytes) {
   const std::optional<std::string> error = packed_if_any(job.error), stats = packed_if_any(job.stats);
-  database.query("INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)")
+  std::optional<int> width, height, format;
+  if (job.shape) {
+    width = job.shape->width, height = job.shape->height;
+    format = static_cast<int>(job.shape->format);
+  }
+  database.query("INSERT INTO jobs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)")
       .with(job.id, job.owner, number_of(job.state), job.priority, job.progress_interval_s, job.percent, job.crashes,
             number_of(job.created_at), number_of(job.started_at), number_of(job.finished_at), error, stats,
-            job.spec_hash, image)
+            job.spec_hash, image, job.name, width, height, format, job.size_bytes, spec_bytes, job.is_awaited ? 1 : 0)
       .run();
 }
 

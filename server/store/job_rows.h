@@ -28,14 +28,22 @@ enum class Column {
   error,
   stats,
   spec_hash,
-  image
+  image,
+  name,
+  width,
+  height,
+  format,
+  size_bytes,
+  spec_bytes,
+  is_awaited,
+  after_last
 };
 
 /// A row that `SELECT * FROM jobs` has stepped to. Throws std::runtime_error when it holds what was never written.
 JobRecord job_of(const Query& row);
 
-/// Inserts a row; `image` is the hash of the image it has.
-void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image);
+/// Inserts a row; `image` is the hash of the image it has, `spec_bytes` the size of its body.
+void insert(Database& database, const JobRecord& job, const std::optional<std::string>& image, std::size_t spec_bytes);
 
 /// `end`, or when the last job ended, if the clock was set back since: jobs are dropped in this order.
 Time not_before_others(Database& database, Time end);

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -30,6 +31,10 @@ struct JobRecord {
   std::optional<Time> started_at, finished_at;
   std::optional<api::Problem> error;
   std::optional<render::Stats> stats;
+  std::string name;                         // of the scene
+  std::optional<api::ImageShape> shape;     // nothing where an earlier version has not noted it
+  std::optional<std::uint64_t> size_bytes;  // of the image, while it is kept
+  bool is_awaited = false;                  // made by a call that waits for the image: nobody else wants it
 };
 
 /// Bytes of a finished job; shared, for they may be large.
@@ -39,6 +44,8 @@ struct Image {
   std::string sha256;  // of `bytes`, in hexadecimal
   /// The same picture as PNG, where `bytes` are no PNG.
   std::shared_ptr<const std::string> png_preview;
+  /// The picture in small, as PNG; nothing when it is small itself.
+  std::shared_ptr<const std::string> thumbnail;
 };
 
 /// What a client chose so that a repeated call makes no second job, and the hash of the body it came with. Different
@@ -84,8 +91,11 @@ struct Page {
 struct Retention {
   std::size_t max_jobs = 10'000;             // finished ones
   std::size_t max_image_bytes = 512u << 20;  // of all images
+  std::size_t max_spec_bytes = 256u << 20;   // of the bodies of all jobs, of which those of finished ones may go
   std::chrono::seconds image_age = std::chrono::hours(24);
   std::chrono::seconds job_age = std::chrono::hours(7 * 24);
+  /// Of which jobs nothing may go; called in the thread that drops things.
+  std::function<bool(const std::string& id)> is_held = [](const std::string&) { return false; };
 };
 
 enum class ImageState { none, present, expired };
@@ -121,21 +131,26 @@ class JobStore {
   /// What `create` would answer to this key if it is taken.
   virtual std::optional<Created> find_key(const IdempotencyKey& key) const = 0;
 
+  /// The key that made this job is free again from now on.
+  virtual void free_key(const std::string& id) = 0;
+
   /// queued → running. False when the job is gone or not queued.
   virtual bool start(const std::string& id, Time started_at) = 0;
   /// running → queued: an orderly stop, `percent` into the job. False when the job is gone or not running.
   virtual bool put_back(const std::string& id, double percent) = 0;
   /// Any unfinished state → the ending, no earlier than the last one's if the clock was set back. False, and nothing
-  /// changes, when the job is gone or has ended. The spec is no longer kept.
+  /// changes, when the job is gone or has ended.
   virtual bool finish(const std::string& id, Ending ending) = 0;
   /// Forgets the job, its image and its key. False when there is no such job.
   virtual bool remove(const std::string& id) = 0;
 
   virtual std::optional<JobRecord> find(const std::string& id) const = 0;
-  /// The body of an unfinished job.
+  /// The body a job was made from; nothing when it is kept no more, or there is no such job.
   virtual std::optional<std::string> spec(const std::string& id) const = 0;
   /// Nothing when there is no such job.
   virtual std::optional<FoundImage> image(const std::string& id) const = 0;
+  /// The image's thumbnail, without bytes when the image has none; nothing when there is no such job.
+  virtual std::optional<FoundImage> thumbnail(const std::string& id) const = 0;
   /// At most `limit` ≥ 1 jobs, newest first; `page_token` is that of the page before.
   virtual Page list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const = 0;
   /// Queued and running jobs, oldest first: what is left to do after a restart.
@@ -143,7 +158,7 @@ class JobStore {
   /// The greatest id there is; empty when there are no jobs. New ones must be greater, whatever the clock says.
   virtual std::string newest_id() const = 0;
 
-  /// Drops images, then finished jobs, that are older than allowed or too many, those first that ended first.
+  /// Drops images and specs, then finished jobs, that are older than allowed or too many, those first that ended first.
   virtual void expire(const Retention& retention, Time now) = 0;
 };
 

@@ -67,10 +67,11 @@ std::string packed(const api::Problem& problem) {
 
 std::string packed(const render::Stats& stats) {
   Packer packer;
-  packer.number(stats.build_s).number(stats.render_s).number(stats.encode_s).number(stats.estimated_error);
-  packer.number(stats.rays.camera).number(stats.rays.shadow);
-  packer.number(stats.rays.reflection).number(stats.rays.transmission);
-  for (const auto& [name, count] : stats.skipped) packer.add(name).number(count);
+  // A member more, and neither this nor unpacked_stats compiles any longer.
+  const auto& [build_s, render_s, encode_s, rays, skipped, estimated_error] = stats;
+  packer.number(build_s).number(render_s).number(encode_s).number(estimated_error);
+  for (const auto& [name, count] : shading::by_name_of_ray(rays)) packer.number(*count);
+  for (const auto& [name, count] : skipped) packer.add(name).number(count);
   return packer.take();
 }
 
@@ -92,17 +93,13 @@ api::Problem unpacked_problem(std::string_view text) {
 render::Stats unpacked_stats(std::string_view text) {
   Unpacker unpacker(text);
   render::Stats stats;
-  unpacker.number(stats.build_s);
-  unpacker.number(stats.render_s);
-  unpacker.number(stats.encode_s);
-  unpacker.number(stats.estimated_error);
-  unpacker.number(stats.rays.camera);
-  unpacker.number(stats.rays.shadow);
-  unpacker.number(stats.rays.reflection);
-  unpacker.number(stats.rays.transmission);
+  auto& [build_s, render_s, encode_s, rays, skipped, estimated_error] = stats;
+  for (double* seconds : {&build_s, &render_s, &encode_s}) unpacker.number(*seconds);
+  unpacker.number(estimated_error);
+  for (const auto& [name, count] : shading::by_name_of_ray(rays)) unpacker.number(*count);
   while (!unpacker.is_at_end()) {
     const std::string name(unpacker.text());
-    unpacker.number(stats.skipped[name]);
+    unpacker.number(skipped[name]);
   }
   return stats;
 }

@@ -1,18 +1,11 @@
 #include "server/store/recovery.h"
 
+#include "api/problems.h"
 #include "server/store/job_rows.h"
 
 namespace penumbra::store {
 
 namespace {
-
-api::Problem crashed() {
-  return {"/problems/crashed",
-          "The server stopped working",
-          500,
-          "the server stopped " + std::to_string(most_crashes) + " times while it rendered this job",
-          {}};
-}
 
 constexpr const char* fail_jobs = R"sql(
 UPDATE jobs SET state = ?1, crashes = crashes + 1, error = ?2, finished_at = max(?3, created_at, coalesce(started_at, 0))
@@ -29,12 +22,11 @@ void check_pages(Database& database) {
 }
 
 void recover(Database& database, const std::string& engine_version, Time now) {
-  const std::string error = packed(crashed());
+  const std::string error = packed(api::crashed(most_crashes));
   database.run("BEGIN IMMEDIATE");
   database.query(fail_jobs)
       .with(number_of(JobState::failed), error, number_of(now), number_of(JobState::running), most_crashes)
       .run();
-  database.query("DELETE FROM specs WHERE job IN (SELECT id FROM jobs WHERE state > 1)").run();
   database.query(requeue_jobs).with(number_of(JobState::queued), number_of(JobState::running)).run();
   database.query("UPDATE jobs SET spec_hash = '' WHERE spec_hash <> '' AND (SELECT engine FROM totals) <> ?")
       .with(engine_version)

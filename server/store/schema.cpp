@@ -1,5 +1,6 @@
 #include "server/store/schema.h"
 
+#include <array>
 #include <stdexcept>
 #include <string>
 
@@ -7,14 +8,14 @@ namespace penumbra::store {
 
 namespace {
 
-constexpr int application_id = 0x50656e75, version = 1;
+constexpr int application_id = 0x50656e75;
 
 constexpr const char* read_application = "PRAGMA application_id";
 constexpr const char* read_version = "PRAGMA user_version";
 constexpr const char* read_schema = "SELECT type, name, tbl_name, coalesce(sql, '') FROM sqlite_schema ORDER BY name";
 
 // Times are nanoseconds since 1970. An image is a file in blobs/ named by its SHA-256, as is its preview.
-constexpr const char* tables = R"sql(
+constexpr const char* version_1 = R"sql(
 CREATE TABLE images (
   hash TEXT PRIMARY KEY,
   bytes INTEGER NOT NULL,
@@ -82,6 +83,55 @@ CREATE TRIGGER job_dropped AFTER DELETE ON jobs WHEN OLD.state > 1 BEGIN
 END;
 )sql";
 
+// What version 1.0 of Penumbra has not noted: of finished jobs it has thrown the bodies away. Those of the others were
+// checked when they came.
+constexpr const char* version_2 = R"sql(
+ALTER TABLE jobs ADD COLUMN name TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN width INTEGER;
+ALTER TABLE jobs ADD COLUMN height INTEGER;
+ALTER TABLE jobs ADD COLUMN format INTEGER CHECK (format BETWEEN 0 AND 1);
+ALTER TABLE jobs ADD COLUMN size_bytes INTEGER;
+ALTER TABLE jobs ADD COLUMN spec_bytes INTEGER;
+ALTER TABLE jobs ADD COLUMN is_awaited INTEGER NOT NULL DEFAULT 0;
+UPDATE jobs SET size_bytes = (SELECT bytes FROM images WHERE hash = image) WHERE image IS NOT NULL;
+UPDATE jobs SET (name, width, height, format, spec_bytes) = (
+  SELECT coalesce(json_extract(body, '$.scene.name'), ''),
+         CAST(coalesce(json_extract(body, '$.options.width'), 800) AS INTEGER),
+         CAST(coalesce(json_extract(body, '$.options.height'), 800) AS INTEGER),
+         coalesce(json_extract(body, '$.options.format'), 'png') = 'exr',
+         length(CAST(body AS BLOB))
+  FROM specs WHERE job = id)
+WHERE id IN (SELECT job FROM specs WHERE json_valid(body));
+CREATE INDEX jobs_spec_finished ON jobs (finished_at) WHERE spec_bytes IS NOT NULL AND state > 1;
+
+CREATE TABLE thumbnails (
+  image TEXT PRIMARY KEY REFERENCES images ON DELETE CASCADE,
+  png BLOB NOT NULL
+) STRICT;
+CREATE TRIGGER thumbnail_added AFTER INSERT ON thumbnails BEGIN
+  UPDATE totals SET image_bytes = image_bytes + length(NEW.png);
+END;
+CREATE TRIGGER thumbnail_dropped AFTER DELETE ON thumbnails BEGIN
+  UPDATE totals SET image_bytes = image_bytes - length(OLD.png);
+END;
+
+ALTER TABLE totals ADD COLUMN spec_bytes INTEGER NOT NULL DEFAULT 0;
+UPDATE totals SET spec_bytes = (SELECT coalesce(sum(spec_bytes), 0) FROM jobs);
+CREATE TRIGGER spec_added AFTER INSERT ON jobs WHEN NEW.spec_bytes IS NOT NULL BEGIN
+  UPDATE totals SET spec_bytes = spec_bytes + NEW.spec_bytes;
+END;
+CREATE TRIGGER spec_dropped AFTER UPDATE OF spec_bytes ON jobs BEGIN
+  UPDATE totals SET spec_bytes = spec_bytes + coalesce(NEW.spec_bytes, 0) - coalesce(OLD.spec_bytes, 0);
+END;
+CREATE TRIGGER spec_removed AFTER DELETE ON jobs WHEN OLD.spec_bytes IS NOT NULL BEGIN
+  UPDATE totals SET spec_bytes = spec_bytes - OLD.spec_bytes;
+END;
+)sql";
+
+// What makes each version of the tables from the one before; a new database goes through all of them.
+constexpr std::array steps{version_1, version_2};
+constexpr std::size_t newest_version = steps.size();
+
 std::int64_t number(Database& database, const char* pragma) {
   Query query = database.query(pragma);
   query.next();
@@ -97,17 +147,18 @@ std::string schema_of(Database& database) {
   return text;
 }
 
-std::string expected_schema() {
+std::string expected_schema(std::size_t version) {
   Database database(":memory:", Database::Access::write);
-  database.run(tables);
+  for (std::size_t i = 0; i < version; ++i) database.run(steps[i]);
   return schema_of(database);
 }
 
-void create(Database& database) {
-  const std::string numbers =
-      "PRAGMA application_id=" + std::to_string(application_id) + "; PRAGMA user_version=" + std::to_string(version);
+/// From `version` to the newest one: all of the way or none of it.
+void upgrade(Database& database, std::size_t version) {
+  const std::string numbers = "PRAGMA application_id=" + std::to_string(application_id) +
+                              "; PRAGMA user_version=" + std::to_string(newest_version);
   database.run("BEGIN IMMEDIATE");
-  database.run(tables);
+  for (std::size_t i = version; i < newest_version; ++i) database.run(steps[i]);
   database.run(numbers.c_str());
   database.run("COMMIT");
 }
@@ -117,16 +168,17 @@ void create(Database& database) {
 void prepare_schema(Database& database) {
   const std::int64_t application = number(database, read_application), found = number(database, read_version);
   const std::string schema = schema_of(database);
-  if (application == 0 && found == 0 && schema.empty()) {
-    create(database);
-  } else if (application != application_id) {
-    throw std::runtime_error("the database is not one of Penumbra");
-  } else if (found > version) {
+  if (application == 0 && found == 0 && schema.empty()) return upgrade(database, 0);
+  if (application != application_id) throw std::runtime_error("the database is not one of Penumbra");
+  if (found > static_cast<std::int64_t>(newest_version)) {
     throw std::runtime_error("the database has version " + std::to_string(found) +
-                             ", made by a newer Penumbra; this one knows versions up to " + std::to_string(version));
-  } else if (found != version || schema != expected_schema()) {
-    throw std::runtime_error("the tables of the database are not those that Penumbra makes");
+                             ", made by a newer Penumbra; this one knows versions up to " +
+                             std::to_string(newest_version));
   }
+  const auto version = static_cast<std::size_t>(found);
+  if (found < 1 || schema != expected_schema(version))
+    throw std::runtime_error("the tables of the database are not those that Penumbra makes");
+  if (version < newest_version) upgrade(database, version);
 }
 
 }  // namespace penumbra::store

@@ -142,6 +142,10 @@ void Query::bind(const std::string& text) {
   check(sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8));
 }
 
+void Query::bind(Blob blob) {
+  check(sqlite3_bind_blob64(statement_, ++bound_, blob.bytes.data(), blob.bytes.size(), SQLITE_STATIC));
+}
+
 void Query::bind(std::nullopt_t) { check(sqlite3_bind_null(statement_, ++bound_)); }
 
 }  // namespace penumbra::store

@@ -23,6 +23,11 @@ class SqlError : public std::runtime_error {
   int code_;
 };
 
+/// Bytes that are no text, to be bound.
+struct Blob {
+  const std::string& bytes;
+};
+
 class Query;
 
 /// A connection to a SQLite database; for one thread at a time.
@@ -67,7 +72,7 @@ class Database {
 };
 
 /// One use of a statement, reset at the end. Parameters are bound in order, then `next` goes from row to row; columns
-/// count from 0. Text that is bound must live as long as the query.
+/// count from 0. Text and bytes that are bound must live as long as the query.
 class Query {
  public:
   Query(Database& database, sqlite3_stmt* statement) : database_(database), statement_(statement) {}
@@ -98,6 +103,7 @@ class Query {
   void bind(std::size_t value);
   void bind(double value);
   void bind(const std::string& text);
+  void bind(Blob blob);
   void bind(std::nullopt_t);
   template <class Value>
   void bind(const std::optional<Value>& value) {

@@ -102,10 +102,11 @@ Created SqliteStore::create(const JobRecord& job, std::string spec, const std::o
       created.job.started_at = job.created_at;
       created.job.finished_at = not_before_others(database, job.created_at);
       created.job.stats = std::move(equal->stats);
+      created.job.size_bytes = equal->bytes;
       image = std::move(equal->image);
     }
-    insert(database, created.job, image);
-    if (!image) database.query("INSERT INTO specs VALUES (?, ?)").with(job.id, spec).run();
+    insert(database, created.job, image, spec.size());
+    database.query("INSERT INTO specs VALUES (?, ?)").with(job.id, spec).run();
     if (key) {
       database.query("INSERT OR REPLACE INTO keys VALUES (?, ?, ?, ?)")
           .with(key->owner, key->key, key->body_sha256, job.id)
@@ -121,14 +122,19 @@ std::optional<SqliteStore::Reusable> SqliteStore::reusable(Database& database, c
       "SELECT jobs.*, images.bytes FROM jobs JOIN images ON images.hash = jobs.image "
       "WHERE spec_hash = ? AND image IS NOT NULL AND spec_hash <> '' LIMIT 1");
   if (!equal.with(spec_hash).next()) return std::nullopt;
-  const int image = static_cast<int>(Column::image);
+  const std::string image = equal.text(static_cast<int>(Column::image));
+  const auto bytes = static_cast<std::uint64_t>(equal.integer(static_cast<int>(Column::after_last)));
   // Somebody may have removed the file.
-  if (!blobs_.is_there(equal.text(image), static_cast<std::uint64_t>(equal.integer(image + 1)))) return std::nullopt;
-  return Reusable{job_of(equal).stats, equal.text(image)};
+  if (!blobs_.is_there(image, bytes)) return std::nullopt;
+  return Reusable{job_of(equal).stats, image, bytes};
 }
 
 std::optional<Created> SqliteStore::find_key(const IdempotencyKey& key) const {
   return (*readers_)([&](Database& database) { return use_of(database, key); });
+}
+
+void SqliteStore::free_key(const std::string& id) {
+  writer_->commit([&](Database& database) { database.query("DELETE FROM keys WHERE job = ?").with(id).run(); });
 }
 
 bool SqliteStore::start(const std::string& id, Time started_at) {

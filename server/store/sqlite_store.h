@@ -34,6 +34,7 @@ class SqliteStore : public JobStore {
 
   Created create(const JobRecord& job, std::string spec, const std::optional<IdempotencyKey>& key) override;
   std::optional<Created> find_key(const IdempotencyKey& key) const override;
+  void free_key(const std::string& id) override;
   bool start(const std::string& id, Time started_at) override;
   bool put_back(const std::string& id, double percent) override;
   bool finish(const std::string& id, Ending ending) override;
@@ -41,6 +42,7 @@ class SqliteStore : public JobStore {
   std::optional<JobRecord> find(const std::string& id) const override;
   std::optional<std::string> spec(const std::string& id) const override;
   std::optional<FoundImage> image(const std::string& id) const override;
+  std::optional<FoundImage> thumbnail(const std::string& id) const override;
   Page list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const override;
   std::vector<JobRecord> unfinished() const override;
   std::string newest_id() const override;
@@ -51,6 +53,7 @@ class SqliteStore : public JobStore {
   struct Reusable {
     std::optional<render::Stats> stats;
     std::string image;
+    std::uint64_t bytes;
   };
 
   Database open();

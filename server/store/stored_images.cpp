@@ -30,20 +30,23 @@ struct Imaged {
   std::string id, image;
 };
 
-std::vector<Imaged> rows_of(Query& query) {
+/// The first rows of jobs that nobody holds.
+std::vector<Imaged> rows_of(Query& query, std::size_t most, const Retention& retention) {
   std::vector<Imaged> rows;
-  while (query.next()) rows.push_back({query.text(0), query.text(1)});
+  while (rows.size() < most && query.next()) {
+    if (!retention.is_held(query.text(0))) rows.push_back({query.text(0), query.text(1)});
+  }
   return rows;
 }
 
 struct Totals {
-  std::int64_t image_bytes = 0, finished_jobs = 0;
+  std::int64_t image_bytes = 0, finished_jobs = 0, spec_bytes = 0;
 };
 
 Totals totals_of(Database& database) {
-  Query totals = database.query("SELECT image_bytes, finished_jobs FROM totals");
+  Query totals = database.query("SELECT image_bytes, finished_jobs, spec_bytes FROM totals");
   totals.next();
-  return {totals.integer(0), totals.integer(1)};
+  return {totals.integer(0), totals.integer(1), totals.integer(2)};
 }
 
 bool is_over(std::int64_t value, std::size_t most) { return value > 0 && static_cast<std::uint64_t>(value) > most; }
@@ -54,7 +57,11 @@ bool is_over(std::int64_t value, std::size_t most) { return value > 0 && static_
 class SqliteStore::Kept {
  public:
   Kept(SqliteStore& store, const Image& image)
-      : hash_(image.sha256), bytes_(image.bytes->size()), media_type_(image.media_type), hold_(store.blobs_, hash_) {
+      : hash_(image.sha256),
+        bytes_(image.bytes->size()),
+        media_type_(image.media_type),
+        thumbnail_(image.thumbnail),
+        hold_(store.blobs_, hash_) {
     if (image.png_preview) {
       preview_ = sha256_hex(*image.png_preview);
       preview_bytes_ = image.png_preview->size();
@@ -65,16 +72,20 @@ class SqliteStore::Kept {
   }
 
   const std::string& hash() const { return hash_; }
+  std::size_t bytes() const { return bytes_; }
   void insert(Database& database) const {
     database.query("INSERT OR IGNORE INTO images VALUES (?, ?, ?, ?, ?)")
         .with(hash_, bytes_, media_type_, preview_, preview_bytes_)
         .run();
+    if (thumbnail_)
+      database.query("INSERT OR IGNORE INTO thumbnails VALUES (?, ?)").with(hash_, Blob{*thumbnail_}).run();
   }
 
  private:
   std::string hash_;
   std::size_t bytes_, preview_bytes_ = 0;
   std::string media_type_;
+  std::shared_ptr<const std::string> thumbnail_;
   std::optional<std::string> preview_;
   Blobs::Hold hold_;
   std::optional<Blobs::Hold> preview_hold_;
@@ -115,13 +126,13 @@ bool SqliteStore::finish(const std::string& id, Ending ending) {
       if (kept) kept->insert(database);
       database
           .query(
-              "UPDATE jobs SET state = ?, percent = ?, finished_at = ?, error = ?, stats = ?, image = ? "
-              "WHERE id = ? AND state IN (0, 1)")
+              "UPDATE jobs SET state = ?, percent = ?, finished_at = ?, error = ?, stats = ?, image = ?, "
+              "size_bytes = ? WHERE id = ? AND state IN (0, 1)")
           .with(number_of(ending.state), ending.percent, number_of(not_before_others(database, ending.finished_at)),
-                error, stats, kept ? std::optional(kept->hash()) : std::nullopt, id)
+                error, stats, kept ? std::optional(kept->hash()) : std::nullopt,
+                kept ? std::optional(kept->bytes()) : std::nullopt, id)
           .run();
       is_finished = database.changes() == 1;
-      if (is_finished) database.query("DELETE FROM specs WHERE job = ?").with(id).run();
       if (!is_finished && kept) release(database, kept->hash());
     });
   } catch (const StoreFailed&) {
@@ -206,35 +217,59 @@ std::optional<FoundImage> SqliteStore::image(const std::string& id) const {
   return found;
 }
 
+std::optional<FoundImage> SqliteStore::thumbnail(const std::string& id) const {
+  return (*readers_)([&](Database& database) -> std::optional<FoundImage> {
+    Query row = database.query(
+        "SELECT state, hash, png FROM jobs LEFT JOIN images ON images.hash = jobs.image "
+        "LEFT JOIN thumbnails ON thumbnails.image = images.hash WHERE id = ?");
+    if (!row.with(id).next()) return std::nullopt;
+    FoundImage found;
+    if (row.integer(0) != number_of(JobState::succeeded)) return found;
+    found.state = row.is_null(1) ? ImageState::expired : ImageState::present;
+    if (row.is_null(2)) return found;
+    found.image.bytes = std::make_shared<const std::string>(row.text(2));
+    found.image.media_type = "image/png";
+    found.image.sha256 = sha256_hex(*found.image.bytes);
+    return found;
+  });
+}
+
 void SqliteStore::expire(const Retention& retention, Time now) {
   bool is_more = true;
   while (is_more) writer_->commit([&](Database& database) { is_more = expire_some(database, retention, now); });
 }
 
 bool SqliteStore::expire_some(Database& database, const Retention& retention, Time now) {
-  std::vector<Imaged> dropped, forgotten;
-  const auto take = [&](std::vector<Imaged>& rows, const char* statement, const auto& value) {
+  std::vector<Imaged> dropped, stripped, forgotten;
+  const auto first = [&](std::size_t most, const char* statement, const auto&... values) {
     Query query = database.query(statement);
-    rows = rows_of(query.with(value));
+    return rows_of(query.with(values...), most, retention);
   };
   const Totals totals = totals_of(database);
   const std::int64_t oldest_image = number_of(now - retention.image_age);
   const std::int64_t oldest_job = number_of(now - retention.job_age);
-  take(dropped, "SELECT id, image FROM jobs WHERE image IS NOT NULL AND finished_at < ? LIMIT 100", oldest_image);
+  dropped =
+      first(expired_at_once, "SELECT id, image FROM jobs WHERE image IS NOT NULL AND finished_at < ?", oldest_image);
   if (dropped.empty() && is_over(totals.image_bytes, retention.max_image_bytes))
-    take(dropped, "SELECT id, image FROM jobs WHERE image IS NOT NULL ORDER BY finished_at, id LIMIT ?", 1);
-  take(forgotten, "SELECT id, image FROM jobs WHERE state > 1 AND finished_at < ? LIMIT 100", oldest_job);
+    dropped = first(1, "SELECT id, image FROM jobs WHERE image IS NOT NULL ORDER BY finished_at, id");
+  if (is_over(totals.spec_bytes, retention.max_spec_bytes))
+    stripped = first(1, "SELECT id, '' FROM jobs WHERE spec_bytes IS NOT NULL AND state > 1 ORDER BY finished_at, id");
+  forgotten = first(expired_at_once, "SELECT id, image FROM jobs WHERE state > 1 AND finished_at < ?", oldest_job);
   if (forgotten.empty() && is_over(totals.finished_jobs, retention.max_jobs)) {
     const std::size_t many = static_cast<std::uint64_t>(totals.finished_jobs) - retention.max_jobs;
-    take(forgotten, "SELECT id, image FROM jobs WHERE state > 1 ORDER BY finished_at, id LIMIT ?",
-         std::min(many, expired_at_once));
+    forgotten =
+        first(std::min(many, expired_at_once), "SELECT id, image FROM jobs WHERE state > 1 ORDER BY finished_at, id");
   }
   for (const Imaged& job : dropped) {
-    database.query("UPDATE jobs SET image = NULL WHERE id = ?").with(job.id).run();
+    database.query("UPDATE jobs SET image = NULL, size_bytes = NULL WHERE id = ?").with(job.id).run();
     release(database, job.image);
   }
+  for (const Imaged& job : stripped) {
+    database.query("UPDATE jobs SET spec_bytes = NULL WHERE id = ?").with(job.id).run();
+    database.query("DELETE FROM specs WHERE job = ?").with(job.id).run();
+  }
   for (const Imaged& job : forgotten) forget(database, job.id);
-  return !dropped.empty() || !forgotten.empty();
+  return !dropped.empty() || !stripped.empty() || !forgotten.empty();
 }
 
 }  // namespace penumbra::store

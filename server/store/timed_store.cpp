@@ -34,6 +34,11 @@ std::optional<Created> TimedStore::find_key(const IdempotencyKey& key) const {
   return store_.find_key(key);
 }
 
+void TimedStore::free_key(const std::string& id) {
+  const Stopwatch stopwatch(report_, "free_key");
+  store_.free_key(id);
+}
+
 bool TimedStore::start(const std::string& id, Time started_at) {
   const Stopwatch stopwatch(report_, "start");
   return store_.start(id, started_at);
@@ -67,6 +72,11 @@ std::optional<std::string> TimedStore::spec(const std::string& id) const {
 std::optional<FoundImage> TimedStore::image(const std::string& id) const {
   const Stopwatch stopwatch(report_, "image");
   return store_.image(id);
+}
+
+std::optional<FoundImage> TimedStore::thumbnail(const std::string& id) const {
+  const Stopwatch stopwatch(report_, "thumbnail");
+  return store_.thumbnail(id);
 }
 
 Page TimedStore::list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const {

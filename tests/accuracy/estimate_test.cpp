@@ -33,12 +33,8 @@ void make_soft(scene::Description& scene, double radius) {
   }
 }
 
-/// Two pictures of many samples, by other seeds; their mean is the reference, their difference tells its noise.
-struct Reference {
-  render::Film::Values mean;
-  double squared_noise;
-};
-Reference reference_of(api::JobRequest job) {
+/// Of many samples.
+test::Reference truth_of(api::JobRequest job) {
   scene::Options& options = job.options;
   options.target_error.reset();
   options.shadow_samples = 1024;
@@ -46,21 +42,14 @@ Reference reference_of(api::JobRequest job) {
     options.samples_per_pixel = std::max(16 * options.samples_per_pixel, 256);
     options.shadow_samples = 64;
   }
-  options.seed = 1001;
-  render::Film::Values a = test::render(job).film->rgb;
-  options.seed = 1002;
-  const render::Film::Values b = test::render(job).film->rgb;
-  const double difference = test::rmse(a, b);
-  for (std::size_t i = 0; i < a.size(); ++i)
-    a[i] = std::midpoint(std::clamp(a[i], 0.F, 1.F), std::clamp(b[i], 0.F, 1.F));
-  return {std::move(a), difference * difference / 4};
+  return test::reference_of(job);
 }
 
 }  // namespace
 
 TEST_CASE("the estimated error is within a factor of two of the true one") {
   for (test::NamedJob& named : scenes()) {
-    const Reference reference = reference_of(named.job);
+    const test::Reference reference = truth_of(named.job);
     for (const int samples : {1, 4, 16, 64, 256}) {
       named.job.options.shadow_samples = samples;
       const render::Picture picture = test::render(named.job);
@@ -78,7 +67,7 @@ TEST_CASE("the estimated error is within a factor of two of the true one") {
 
 TEST_CASE("with a target the error of the picture stays below it, and looser targets cost less") {
   for (test::NamedJob& named : scenes()) {
-    const Reference reference = reference_of(named.job);
+    const test::Reference reference = truth_of(named.job);
     scene::Options& options = named.job.options;
     options.shadow_samples = 256;
     // Where camera rays are spread their cap must not be what ends the refinement.
@@ -120,7 +109,7 @@ TEST_CASE("with a target an outline that few samples see is refined") {
 TEST_CASE("with a target out of reach the picture is as good as the caps allow") {
   for (test::NamedJob& named : scenes()) {
     named.job.options.shadow_samples = 16;
-    const Reference reference = reference_of(named.job);
+    const test::Reference reference = truth_of(named.job);
     const double capped = test::rmse(test::render(named.job).film->rgb, reference.mean);
     named.job.options.target_error = 1e-9;
     INFO(named.name);
@@ -134,7 +123,7 @@ TEST_CASE("the estimated error is within a factor of two of the distance from br
                                      {"shadow-triangles-sphere", 10},
                                      {"shadow-sphere-triangle", 20},
                                      {"transmission-two-spheres", 20}}) {
-    api::JobRequest job = test::example(name);
+    api::JobRequest job = test::predecessor(name);
     if (radius > 0) make_soft(job.scene, radius);
     job.options.width = job.options.height = size;
     job.options.shadow_samples = 4;

@@ -12,7 +12,7 @@ namespace {
 
 /// The share of pixels more than 2 of 255 levels off in some channel.
 double share_off(const std::string& name) {
-  const api::JobRequest job = test::example(name);
+  const api::JobRequest job = test::predecessor(name);
   const std::vector<std::uint8_t> mine = output::to_8_bit(*test::render(job).film, job.options.transfer);
   const auto file = OIIO::ImageInput::open(std::string(PENUMBRA_SOURCE_DIR) + "/tests/accuracy/hard/" + name + ".png");
   REQUIRE(file);

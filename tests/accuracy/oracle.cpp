@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "engine/math/constants.h"
+
 namespace penumbra::test {
 namespace {
 
@@ -110,7 +112,7 @@ struct Oracle::Impl {
         towards = scaled(unit(of(sun->direction)), -1);
         intensity = of(sun->intensity);
         radius = std::tan(sun->angular_radius_degrees * tau / 360);
-        limit = HUGE_VAL;
+        limit = math::infinity;
       } else {
         const auto take = [&](const auto& lamp) {
           towards = sub(of(lamp.position), p);
@@ -140,7 +142,7 @@ struct Oracle::Impl {
 
   V radiance(V o, V d, int depth, V weight) {
     const scene::Object* nearest = nullptr;
-    double t = HUGE_VAL;
+    double t = math::infinity;
     for (const scene::Object* object : objects) {
       for (const double at : meets(object->shape, o, d)) {
         if (at < t) t = at, nearest = object;

@@ -8,7 +8,7 @@
 namespace penumbra::test {
 
 /// Section 2 of the contract, straight from its text: no tree, nothing shared with the engine but the description it
-/// reads. Triangles and spheres; point, spot and directional lights; single pixels at their centre.
+/// reads. Triangles and spheres; point, spot and directional lights; single pixels at their center.
 class Oracle {
  public:
   Oracle(const scene::Description& scene, const scene::Options& options, int samples_per_light, unsigned long seed);

@@ -49,14 +49,14 @@ Comparison compare(const api::JobRequest& job, int count, int half_samples, bool
 }  // namespace
 
 TEST_CASE("room-flat at 64 shadow samples is within 2e-3 of brute force with 4,096") {
-  const Comparison found = compare(test::example("room-flat"), 1000, 2048);
+  const Comparison found = compare(test::predecessor("room-flat"), 1000, 2048);
   MESSAGE("RMSE against the oracle ", found.rmse, ", of which the oracle's own noise ", found.oracle_noise);
   CHECK(found.rmse <= 2e-3);
 }
 
 TEST_CASE("the scene with mirrors and coloured transmission agrees with brute force") {
   // The image's diagonal runs exactly along the edge the two mirrors share: either may be hit there.
-  const Comparison found = compare(test::example("reflection-spheres-mirrors"), 20000, 1, true);
+  const Comparison found = compare(test::predecessor("reflection-spheres-mirrors"), 20000, 1, true);
   MESSAGE("RMSE against the oracle ", found.rmse);
   CHECK(found.rmse < 1e-6);
 }

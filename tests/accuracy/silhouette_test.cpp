@@ -6,7 +6,7 @@
 #include "engine/math/elementary.h"
 #include "engine/math/error_free.h"
 #include "engine/render/compile.h"
-#include "engine/shading/shadows.h"
+#include "engine/shading/shadows/shadows.h"
 #include "tests/robustness/worlds.h"
 #include "tests/support/picture.h"
 
@@ -19,12 +19,12 @@ namespace {
 constexpr int steps = 24;  // of latitude, and half of those of longitude
 
 /// A closed ball with bumps; with `is_open`, a wedge of it is missing.
-scene::Mesh bumpy_ball(const Vec3& centre, double radius, test::Random& random, bool is_open) {
+scene::Mesh bumpy_ball(const Vec3& center, double radius, test::Random& random, bool is_open) {
   scene::Mesh mesh;
   const auto point = [&](double theta, double phi) {
     const double r = radius * random.between(0.7, 1.2);
     const auto t = math::sine_cosine_turns(theta), p = math::sine_cosine_turns(phi);
-    return centre + Vec3{t.sine * p.cosine, t.cosine, t.sine * p.sine} * r;
+    return center + Vec3{t.sine * p.cosine, t.cosine, t.sine * p.sine} * r;
   };
   mesh.positions.push_back(point(0, 0));
   for (int i = 1; i < steps; ++i) {
@@ -89,7 +89,7 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
     const shading::Switches none = test::with_candidates(false);
     const shading::Switches all;
     const std::function<bool()> never = [] { return false; };
-    shading::Shadows swept(scene, all, counters, never), cast(scene, none, counters, never);
+    shading::shadows::Shadows swept(scene, all, counters, never), cast(scene, none, counters, never);
     const shading::DiscSampling sampling(1024), dense(rays);
     test::Random random(static_cast<unsigned long>(seed) + 1000);
     for (int i = 0; i < 150; ++i) {
@@ -108,10 +108,9 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
       const Vec3 axis = light.position - at.surface.position;
       if (!(math::dot(at.facing, axis) > 0)) continue;
       const sampling::Key key = sampling::Key(7).at(static_cast<std::uint64_t>(seed));
-      const auto visibility = [&](shading::Shadows& shadows, const shading::DiscSampling& samples) {
-        shadows.aim(at, 0, {light.position, light.radius}, true);
-        return shadows.disc(at, {axis, math::normalize(-axis), light.radius}, samples,
-                            {key, static_cast<std::uint64_t>(i)});
+      const auto visibility = [&](shading::shadows::Shadows& shadows, const shading::DiscSampling& samples) {
+        shading::shadows::Sight sight = shadows.aim(at, 0, {light.position, light.radius}, true);
+        return sight.disc({axis, math::normalize(-axis), light.radius}, samples, {key, static_cast<std::uint64_t>(i)});
       };
       const shading::Visibility is = visibility(swept, sampling), ought = visibility(cast, dense);
       if (is.variance.modelled.r == 0) {

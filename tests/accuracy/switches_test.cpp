@@ -18,7 +18,8 @@ api::JobRequest small(api::JobRequest job) {
 
 std::vector<std::pair<const char*, api::JobRequest>> jobs() {
   std::vector<std::pair<const char*, api::JobRequest>> result{{"zoo", small(test::zoo())}};
-  for (const char* name : {"room-flat", "teapot", "hard-and-soft", "glass-and-mirrors", "cow", "thousand-spheres"})
+  for (const char* name : {"room-flat", "teapot"}) result.emplace_back(name, small(test::predecessor(name)));
+  for (const char* name : {"hard-and-soft", "glass-and-mirrors", "cow", "thousand-spheres"})
     result.emplace_back(name, small(test::example(name)));
   result.emplace_back(
       "ball", api::parse_job(R"({"scene": {"camera": {"position": [0, 0, 9], "look_at": [0, 0, 0], "vertical_fov": 45},
@@ -44,6 +45,7 @@ void check(const char* what, bool render::Switches::*part, Same same, const char
     without.*part = false;
     const render::Picture on = test::render(job), off = test::render(job, without);
     count += on.stats.skipped.at(counter);
+    CHECK_MESSAGE(off.stats.skipped.at(counter) == 0, std::string(counter), " of ", std::string(name));
     if (same == Same::always || (same == Same::without_area_lights && !has_area_lights(job))) {
       CHECK_MESSAGE(on.film->rgb == off.film->rgb, std::string(what), ", ", std::string(name), ", rmse ",
                     test::rmse(on.film->rgb, off.film->rgb));
@@ -62,12 +64,12 @@ constexpr bool render::Switches::*of_shading = static_cast<bool render::Switches
 }  // namespace
 
 TEST_CASE("what is skipped for certain changes no pixel") {
-  check("light cells", of_shading<&shading::Switches::light_cells>, Same::without_area_lights, "shadow_rays_lit");
+  check("light cells", of_shading<&shading::Switches::light_cells>, Same::without_area_lights, "lights_from_cells");
   check("camera bundles", &render::Switches::camera_bundles, Same::always, "camera_rays_bundled");
   check("shadow bundles", of_shading<&shading::Switches::shadow_bundles>, Same::always, "shadow_rays_bundled");
   check("hidden spheres", of_shading<&shading::Switches::hidden_spheres>, Same::always, "hidden_spheres");
-  check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always,
-        "lights_facing_away");
+  for (const char* counter : {"lights_facing_away", "lights_without_effect"})
+    check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always, counter);
   check("empty tiles", &render::Switches::empty_tiles, Same::always, "empty_tiles");
 }
 
@@ -105,7 +107,8 @@ TEST_CASE("cells wider than the way to the light change no pixel, and many light
 }
 
 TEST_CASE("what replaces samples stays within the estimated error") {
-  check("shadow candidates", of_shading<&shading::Switches::shadow_candidates>, Same::within_error, "shadow_rays_lit");
+  check("shadow candidates", of_shading<&shading::Switches::shadow_candidates>, Same::within_error,
+        "lights_from_candidates");
   check("shadow outlines", of_shading<&shading::Switches::shadow_outlines>, Same::within_error, "shadow_rays_covered");
   check("exact area lights", of_shading<&shading::Switches::exact_area_lights>, Same::within_error,
         "area_samples_exact");

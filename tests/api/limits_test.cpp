@@ -3,10 +3,12 @@
 #include <chrono>
 #include <cmath>
 
+#include "api/cost.h"
 #include "api/job_request.h"
 #include "api/json_reader.h"
 #include "api/problem.h"
 #include "tests/api/corpus.h"
+#include "tests/support/picture.h"
 
 using namespace penumbra;
 
@@ -153,7 +155,7 @@ TEST_CASE("a member named twice among very many is found") {
   CHECK(problem->errors[0].pointer == "/scene/materials/123456");
 }
 
-TEST_CASE("limits on the scene and the options name their value") {
+TEST_CASE("limits on the scene name their value") {
   const std::string sphere = R"({"type": "sphere", "center": [0, 0, 0], "radius": 1})";
   api::Limits limits;
   limits.max_primitives = 3;
@@ -185,8 +187,10 @@ TEST_CASE("limits on the scene and the options name their value") {
   const auto string = refusal(job(R"(, "name": "elevenbytes")"), limits);
   REQUIRE(string);
   CHECK(string->errors.at(0).detail.find("longer than 10 bytes") != std::string::npos);
+}
 
-  limits = {};
+TEST_CASE("limits on the options and on what a job needs name their value") {
+  api::Limits limits;
   limits.max_edge_pixels = 100;
   limits.max_samples = 5;
   limits.max_depth = 2;
@@ -215,6 +219,23 @@ TEST_CASE("limits on the scene and the options name their value") {
   CHECK(work->errors.at(0).detail.find("at most 50; it is 100") != std::string::npos);
 }
 
+TEST_CASE("what a scene is made of is counted, a shared mesh once") {
+  const std::string flat = R"("positions": [0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0], "indices": [0, 1, 2, 2, 1, 3])";
+  const std::string smooth = flat + R"(, "normals": [0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1])";
+  const std::string instance =
+      R"({"type": "instance", "mesh": "m", "transform": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]})";
+  const std::string polygon = R"({"type": "polygon", "vertices": [[0,0,0], [1,0,0], [2,1,0], [1,2,0], [0,2,0]]})";
+  const api::SceneSize size = api::size_of(
+      api::parse_job(job(R"(, "meshes": {"m": {)" + smooth + R"(}}, "objects": [{"type": "mesh", )" + flat + "}, " +
+                         polygon + R"(, {"type": "group", "objects": )" + list(instance, 3) + "}]"))
+          .scene);
+  CHECK(size.primitives == 6);
+  CHECK(size.triangles == 4);
+  CHECK(size.positions == 8);
+  CHECK(size.smooth_triangles == 2);
+  CHECK(size.polygon_vertices == 5);
+}
+
 TEST_CASE("the slowest polygons are refused or read quickly") {
   std::string zigzag = "[0, -2, 0]";
   for (int i = 0; i < 998; ++i) {
@@ -235,6 +256,7 @@ TEST_CASE("work counts pixels, samples, lights, and the rays that a camera ray c
   const std::string size = R"("width": 10, "height": 10)";
   CHECK(work("", "{" + size + "}") == 100);
   CHECK(work("", "{" + size + R"(, "samples_per_pixel": 4})") == 400);
+  CHECK(work("", "{" + size + R"(, "samples_per_pixel": 4, "target_error": 1})") == 400);
   const std::string lights =
       R"(, "lights": [{"type": "point", "position": [0, 0, 0], "intensity": 1},
                       {"type": "point", "position": [0, 0, 0], "intensity": 1, "radius": 1}])";
@@ -253,4 +275,46 @@ TEST_CASE("work counts pixels, samples, lights, and the rays that a camera ray c
   const std::string glass = R"(, "materials": {"m": {"reflection": 0.1, "transmission": 0.9}})";
   CHECK(work(glass, "{" + size + R"(, "max_depth": 32})") == 100 * 33);
   CHECK(refusal(job(both, R"({"width": 100, "height": 100, "max_depth": 32})")));
+}
+
+TEST_CASE("a time budget bounds the work; the numbers of samples beside a target are only caps") {
+  const std::string scene = R"(, "lights": [{"type": "sphere", "center": [0, 9, 0], "radius": 1, "intensity": 1}])";
+  const auto options = [](const std::string& more, int edge = 4000) {
+    const std::string size = std::to_string(edge);
+    return R"({"samples_per_pixel": 4096, "shadow_samples": 4096, "width": )" + size + R"(, "height": )" + size + more +
+           "}";
+  };
+  const auto work = [&](const std::string& more, int edge) {
+    return api::estimate_cost(api::parse_job(job(scene, options(more, edge)))).work;
+  };
+  CHECK(refusal(job(scene, options(""))));
+  CHECK_FALSE(refusal(job(scene, options(R"(, "time_budget_s": 3600)"))));
+  CHECK_FALSE(refusal(job(scene, options(R"(, "target_error": 0.01)"))));
+  CHECK(work(R"(, "time_budget_s": 60)", 400) == 60 * api::work_of_a_second);
+  CHECK(work(R"(, "target_error": 0.01)", 400) == 400. * 400 * 8 * (1 + 8));
+  CHECK(work(R"(, "target_error": 0.01, "time_budget_s": 1e8)", 400) == 400. * 400 * 8 * (1 + 8));
+  // Neither makes a small job a large one.
+  CHECK(work("", 4) == work(R"(, "time_budget_s": 3600)", 4));
+
+  // What they do not bound is refused as before.
+  CHECK(refusal(job(scene, options(R"(, "time_budget_s": 1e8)"))));
+  const std::string tree = scene + R"(, "materials": {"m": {"reflection": 1, "transmission": 1}})";
+  for (const char* bound : {R"(, "max_depth": 32, "time_budget_s": 1)", R"(, "max_depth": 32, "target_error": 1)"})
+    CHECK(refusal(job(tree, options(bound))));
+  api::Limits limits;
+  limits.max_memory_bytes = 1 << 20;
+  for (const char* bound : {R"(, "time_budget_s": 1)", R"(, "target_error": 1)"})
+    CHECK(refusal(job(scene, options(bound)), limits));
+}
+
+TEST_CASE("the least that a budget or a target takes is what the renderer does") {
+  const std::string wall = R"(, "ambient": 1, "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}])";
+  for (const char* bound : {R"("time_budget_s": 1e-9)", R"("target_error": 0.01)"}) {
+    const api::JobRequest request = api::parse_job(
+        job(wall, std::string(R"({"width": 100, "height": 70, "samples_per_pixel": 64, )") + bound + "}"));
+    const auto rays = static_cast<double>(test::render(request).stats.rays.camera);
+    const double work = api::estimate_cost(request).work;
+    CHECK(rays >= work);
+    CHECK(rays <= (request.options.target_error ? 1.1 : 1) * work);  // some around a tile are not counted
+  }
 }

@@ -3,6 +3,7 @@
 #include "api/job_request.h"
 #include "api/job_resource.h"
 #include "api/json_reader.h"
+#include "engine/math/constants.h"
 #include "tests/api/corpus.h"
 
 using namespace penumbra;
@@ -40,8 +41,10 @@ TEST_CASE("a queued job has every key, in the contract's order") {
   CHECK(api::to_json(queued_job()) ==
         R"({"id":"abc","state":"queued","progress":{"percent":0.0,"eta_s":null},"queue_position":3,)"
         R"("created_at":"2026-11-24T10:00:00.123Z","started_at":null,"finished_at":null,"error":null,"stats":null,)"
+        R"("name":"","width":null,"height":null,"format":null,"size_bytes":null,)"
         R"("links":{"self":"/v1/jobs/abc","events":"/v1/jobs/abc/events","image":"/v1/jobs/abc/image",)"
-        R"("preview":"/v1/jobs/abc/preview","cancel":"/v1/jobs/abc/cancel"}})");
+        R"("preview":"/v1/jobs/abc/preview","thumbnail":"/v1/jobs/abc/thumbnail","scene":"/v1/jobs/abc/scene",)"
+        R"("cancel":"/v1/jobs/abc/cancel"}})");
 }
 
 TEST_CASE("a finished job carries its statistics") {
@@ -66,6 +69,15 @@ TEST_CASE("a finished job carries its statistics") {
   CHECK(text.find(api::to_json(stats)) != std::string::npos);
 }
 
+TEST_CASE("a job tells what its image is like") {
+  api::JobResource job = queued_job();
+  job.name = "a ball";
+  job.shape = api::ImageShape{640, 480, scene::ImageFormat::exr};
+  job.size_bytes = 1234;
+  CHECK(api::to_json(job).find(R"("name":"a ball","width":640,"height":480,"format":"exr","size_bytes":1234,)") !=
+        std::string::npos);
+}
+
 TEST_CASE("a failed job carries its problem") {
   api::JobResource job = queued_job();
   job.state = api::JobState::failed;
@@ -84,7 +96,7 @@ TEST_CASE("no percentage but a succeeded one shows 100") {
   }
   job.percent = 42.5;
   CHECK(api::progress_json(job) == R"({"percent":42.5,"eta_s":1.234,"state":"running"})");
-  job.percent = std::numeric_limits<double>::quiet_NaN();
+  job.percent = math::nan;
   CHECK(api::progress_json(job).find(R"("percent":0)") != std::string::npos);
 }
 

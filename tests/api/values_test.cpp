@@ -40,6 +40,7 @@ const std::string everything = R"({
   },
   "options": {"width": 20, "height": 10, "samples_per_pixel": 2, "shadow_samples": 3, "target_error": 0.25, "time_budget_s": 4.5,
               "max_depth": 5, "min_contribution": 0.5, "threads": -2, "acceleration": "median", "seed": 18446744073709551615,
+              "exposure": -1.5,
               "transfer": "linear", "format": "exr", "bit_depth": 16, "progress_interval_s": 0.125, "priority": -7}
 })";
 
@@ -126,6 +127,7 @@ TEST_CASE("options arrive as they were written") {
   CHECK(options.threads == -2);
   CHECK(options.acceleration == scene::Acceleration::median);
   CHECK(options.seed == 18446744073709551615u);
+  CHECK(options.exposure == -1.5);
   CHECK(options.transfer == scene::Transfer::linear);
   CHECK(options.format == scene::ImageFormat::exr);
   CHECK(options.bit_depth == 16);

@@ -132,38 +132,9 @@ void compete(std::vector<Contestant>& contestants, const render::Film& reference
   }
 }
 
-int bench(const Arguments& arguments) {
-  api::JobRequest job;
-  const double parse_s = timed([&] { job = load_job(arguments.scene); });
-  const scene::Description& description = job.scene;
-  const FlatScene flat = flatten(description);
-  const std::string cache =
-      arguments.references + "/" + description.name + "-" + std::to_string(arguments.edge) + ".bin";
-  ReferenceSettings reference_settings;
-  reference_settings.width = reference_settings.height = arguments.edge;
-  reference_settings.threads = static_cast<int>(std::thread::hardware_concurrency());
-  const Reference reference = reference_image(description, flat, reference_settings, cache);
-
-  job.options.width = job.options.height = arguments.edge;
-  job.options.threads = arguments.threads;
-  render::Pool pool(arguments.threads);
-  const EmbreeScene embree(flat, description.materials, {arguments.threads, false});
-  const EmbreeScene robust(flat, description.materials, {arguments.threads, true});
-  std::vector<double> build_s;
-  std::vector<Contestant> contestants;
-  contestants.push_back({"penumbra",
-                         "penumbra",
-                         [&](int samples, std::uint64_t seed) {
-                           scene::Options options = job.options;
-                           options.shadow_samples = samples, options.seed = seed;
-                           render::Control control;
-                           auto picture = render::render(description, options, pool, control);
-                           build_s.push_back(picture->stats.build_s);
-                           return std::pair(*picture->film, picture->stats.render_s);
-                         },
-                         {1, 4, 16, 64, 256, 1024, 4096},
-                         {},
-                         {}});
+/// One for each width of packets, in both modes. All arguments outlive the contestants.
+void add_embree(const scene::Description& description, const FlatScene& flat, const EmbreeScene& embree,
+                const EmbreeScene& robust, const Arguments& arguments, std::vector<Contestant>& contestants) {
   for (const bool is_robust : {false, true}) {
     for (const int width : {1, 8, 16}) {
       contestants.push_back(
@@ -181,23 +152,18 @@ int bench(const Arguments& arguments) {
            {}});
     }
   }
-  if (!arguments.only.empty()) {
-    std::erase_if(contestants, [&](const Contestant& c) { return c.name != arguments.only; });
-  }
-  compete(contestants, reference.film, arguments);
+}
 
+void print_report(const Arguments& arguments, const scene::Description& description, const Reference& reference,
+                  double parse_s, const nlohmann::json& build_s, const std::vector<Contestant>& contestants) {
   std::string bytes;
   const double encode_s = timed([&] { bytes = output::encode(contestants.front().best, {}); });
   std::printf("%s, %d x %d, %d threads, %d seeds; the reference's own RMSE is %.1e\n", description.name.c_str(),
               arguments.edge, arguments.edge, arguments.threads, arguments.runs, std::sqrt(reference.squared_error));
-  nlohmann::json report{{"scene", description.name},
-                        {"edge", arguments.edge},
-                        {"threads", arguments.threads},
-                        {"reference_rmse", std::sqrt(reference.squared_error)},
-                        {"parse_s", parse_s},
-                        {"encode_s", encode_s},
-                        {"build_s", {{"penumbra", median(build_s)}, {"embree", embree.build_seconds()}}},
-                        {"renderers", nlohmann::json::array()}};
+  nlohmann::json report{{"scene", description.name},    {"edge", arguments.edge},
+                        {"threads", arguments.threads}, {"reference_rmse", std::sqrt(reference.squared_error)},
+                        {"parse_s", parse_s},           {"encode_s", encode_s},
+                        {"build_s", build_s},           {"renderers", nlohmann::json::array()}};
   for (const Contestant& contestant : contestants) {
     report["renderers"].push_back(to_json(contestant));
     for (const Budget& b : contestant.budgets) {
@@ -208,6 +174,48 @@ int bench(const Arguments& arguments) {
   }
   if (!arguments.save.empty()) save(arguments.save + "/reference", reference.film);
   if (!arguments.json.empty()) std::ofstream(arguments.json) << report.dump(1) << '\n';
+}
+
+int bench(const Arguments& arguments) {
+  api::JobRequest job;
+  const double parse_s = timed([&] { job = load_job(arguments.scene); });
+  const scene::Description& description = job.scene;
+  const FlatScene flat = flatten(description);
+  const std::string cache =
+      arguments.references + "/" + description.name + "-" + std::to_string(arguments.edge) + ".bin";
+  ReferenceSettings reference_settings;
+  reference_settings.width = reference_settings.height = arguments.edge;
+  reference_settings.threads = static_cast<int>(std::thread::hardware_concurrency());
+  const Reference reference = reference_image(description, flat, reference_settings, cache);
+
+  job.options.width = job.options.height = arguments.edge;
+  job.options.threads = arguments.threads;
+  system::Pool pool(arguments.threads);
+  const EmbreeScene embree(flat, description.materials, {arguments.threads, false});
+  const EmbreeScene robust(flat, description.materials, {arguments.threads, true});
+  std::vector<double> build_s;
+  std::vector<Contestant> contestants;
+  contestants.push_back({"penumbra",
+                         "penumbra",
+                         [&](int samples, std::uint64_t seed) {
+                           scene::Options options = job.options;
+                           options.shadow_samples = samples, options.seed = seed;
+                           render::Control control;
+                           auto picture = render::render(description, options, pool, control);
+                           build_s.push_back(picture->stats.build_s);
+                           return std::pair(*picture->film, picture->stats.render_s);
+                         },
+                         {1, 4, 16, 64, 256, 1024, 4096},
+                         {},
+                         {}});
+  add_embree(description, flat, embree, robust, arguments, contestants);
+  if (!arguments.only.empty()) {
+    std::erase_if(contestants, [&](const Contestant& c) { return c.name != arguments.only; });
+  }
+  compete(contestants, reference.film, arguments);
+
+  print_report(arguments, description, reference, parse_s,
+               {{"penumbra", median(build_s)}, {"embree", embree.build_seconds()}}, contestants);
   return 0;
 }
 

@@ -71,7 +71,7 @@ int bench(std::size_t triangles, int threads, int runs, int edge, const std::str
   scene::Options options;
   options.width = options.height = edge;
   options.threads = threads;
-  render::Pool pool(threads);
+  system::Pool pool(threads);
   std::vector<double> build, render;
   for (int i = 0; i < runs; ++i) {
     render::Control control;

@@ -10,7 +10,7 @@
 #include "engine/accel/queries.h"
 #include "engine/math/error_free.h"
 #include "engine/render/camera.h"
-#include "engine/shading/shadows.h"
+#include "engine/shading/shadows/shadows.h"
 #include "tests/bench/workload.h"
 
 namespace penumbra::bench {
@@ -22,12 +22,12 @@ struct Counts {
 
 /// The disc as the integrator sees it from a point: of one light or of directions.
 struct Disc {
-  shading::SeenDisc seen;
-  accel::Target target;
+  shading::shadows::SeenDisc seen;
+  shading::shadows::Target target;
 };
 
 std::optional<Disc> disc_of(const shading::Light& light, const math::Vec3& from) {
-  const auto around = [](const math::Vec3& axis, double radius, const accel::Target& target) {
+  const auto around = [](const math::Vec3& axis, double radius, const shading::shadows::Target& target) {
     return Disc{{axis, math::normalize(axis), radius, target.is_infinite}, target};
   };
   if (const auto* disc = std::get_if<shading::DiscLight>(&light); disc != nullptr && disc->radius > 0)
@@ -37,9 +37,21 @@ std::optional<Disc> disc_of(const shading::Light& light, const math::Vec3& from)
   return std::nullopt;
 }
 
+shading::ShadingPoint shading_point(const shading::Scene& scene, const geometry::Ray& ray, const accel::Hit& hit,
+                                    const shading::PixelWidth& pixel) {
+  shading::ShadingPoint at;
+  at.surface = accel::surface_at(scene.world, ray, hit);
+  at.id = hit.surface;
+  at.material = &scene.materials[scene.item_material[hit.surface.item]];
+  at.view = ray.direction;
+  at.facing = math::dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
+  at.footprint = pixel.at_camera + pixel.per_distance * hit.t;
+  return at;
+}
+
 int bench(const std::string& path, int edge, int grid, int rays) {
   const api::JobRequest job = load_job(path);
-  render::Pool pool(static_cast<int>(std::thread::hardware_concurrency()));
+  system::Pool pool(static_cast<int>(std::thread::hardware_concurrency()));
   const render::Compiled compiled = compile_with(job.scene, pool);
   const shading::Scene& scene = compiled.scene;
   const render::Camera camera(job.scene.camera, edge, edge);
@@ -52,7 +64,7 @@ int bench(const std::string& path, int edge, int grid, int rays) {
   pool.run(grid, pool.size(), [&](std::int64_t row) {
     shading::Counters counters;
     const std::function<bool()> never = [] { return false; };
-    shading::Shadows classifies(scene, all, counters, never), casts(scene, none, counters, never);
+    shading::shadows::Shadows classifies(scene, all, counters, never), casts(scene, none, counters, never);
     const shading::DiscSampling few(16), many(rays);
     Counts here;
     for (int column = 0; column < grid; ++column) {
@@ -60,20 +72,14 @@ int bench(const std::string& path, int edge, int grid, int rays) {
       const geometry::Ray ray = camera.ray((column + 0.5) * step, (static_cast<double>(row) + 0.5) * step, {0, 0});
       const auto hit = accel::closest_hit(scene.world, ray);
       if (!hit) continue;
-      shading::ShadingPoint at;
-      at.surface = accel::surface_at(scene.world, ray, *hit);
-      at.id = hit->surface;
-      at.material = &scene.materials[scene.item_material[hit->surface.item]];
-      at.view = ray.direction;
-      at.facing = math::dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
-      at.footprint = pixel.at_camera + pixel.per_distance * hit->t;
+      const shading::ShadingPoint at = shading_point(scene, ray, *hit, pixel);
       for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         const std::optional<Disc> disc = disc_of(scene.lights[i], at.surface.position);
         if (!disc || !(math::dot(at.facing, disc->seen.axis) > 0)) continue;
         const sampling::Key key = sampling::Key(1).at(static_cast<std::uint64_t>(row * grid + column));
-        const auto visibility = [&](shading::Shadows& shadows, const shading::DiscSampling& samples) {
-          shadows.aim(at, i, disc->target, true);
-          return shadows.disc(at, disc->seen, samples, {key, i});
+        const auto visibility = [&](shading::shadows::Shadows& shadows, const shading::DiscSampling& samples) {
+          shading::shadows::Sight sight = shadows.aim(at, i, disc->target, true);
+          return sight.disc(disc->seen, samples, {key, i});
         };
         const shading::Visibility is = visibility(classifies, few);
         if (!is.is_certain) {

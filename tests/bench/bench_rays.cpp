@@ -9,6 +9,7 @@
 #include <string>
 
 #include "engine/accel/queries.h"
+#include "engine/math/constants.h"
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
 #include "tests/bench/disc_samples.h"
@@ -42,7 +43,7 @@ RaySet primary_rays(const scene::Camera& description) {
   const render::Camera camera(description, edge, edge);
   const render::Canvas canvas(edge, edge);
   RaySet set;
-  set.limit = HUGE_VAL;
+  set.limit = math::infinity;
   for (int i = 0; i < canvas.tile_count(); ++i) {
     const render::Canvas::Tile tile = canvas.tile(i);
     for (int row = tile.top; row < tile.bottom; ++row) {
@@ -182,7 +183,7 @@ nlohmann::json run(const Contest& contest, int threads, int runs) {
 nlohmann::json builds(const scene::Description& description, const FlatScene& flat, int threads, int runs) {
   std::vector<double> penumbra, embree;
   const std::vector<scene::Material> all_opaque;
-  render::Pool pool(threads);
+  system::Pool pool(threads);
   for (int i = 0; i < runs; ++i) {
     penumbra.push_back(1e3 * timed([&] { compile_with(description, pool); }));
     embree.push_back(1e3 * EmbreeScene(flat, all_opaque, {threads, false}).build_seconds());
@@ -195,7 +196,7 @@ nlohmann::json builds(const scene::Description& description, const FlatScene& fl
 int bench(const std::string& path, int runs, const std::string& json_path) {
   const api::JobRequest job = load_job(path);
   const FlatScene flat = flatten(job.scene);
-  render::Pool pool(2);
+  system::Pool pool(2);
   const render::Compiled compiled = compile_with(job.scene, pool);
   const accel::World& world = compiled.scene.world;
   const std::vector<scene::Material> all_opaque;

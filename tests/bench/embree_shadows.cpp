@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/math/constants.h"
+
 namespace penumbra::bench {
 namespace {
 
@@ -113,7 +115,7 @@ std::optional<SurfaceHit> closest_with_embree(const EmbreeScene& embree, const F
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   RTCRayHit query;
   const FloatVec from(origin), along(direction);
-  query.ray = {from.x, from.y, from.z, 0, along.x, along.y, along.z, 0, HUGE_VALF, ~0u, 0, 0};
+  query.ray = {from.x, from.y, from.z, 0, along.x, along.y, along.z, 0, math::float_infinity, ~0u, 0, 0};
   query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(embree.scene(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;

@@ -11,11 +11,11 @@ std::optional<SurfaceHit> closest_with_embree(const EmbreeScene& embree, const F
 /// Beside the surface, on the side of `towards`.
 Vec3 off_surface(const EmbreeScene& embree, const SurfaceHit& hit, const Vec3& towards);
 
-/// A disc of light as the lit point sees it: its centre is at origin + axis.
+/// A disc of light as the lit point sees it: its center is at origin + axis.
 struct DiscTarget {
   Vec3 origin, axis, u, v;
 
-  /// The disc turned around its centre by this share of a circle.
+  /// The disc turned around its center by this share of a circle.
   DiscTarget turned(float share) const {
     const double angle = 2 * M_PI * static_cast<double>(share);
     const double c = std::cos(angle), s = std::sin(angle);

@@ -2,13 +2,15 @@
 
 #include <cmath>
 
+#include "engine/math/constants.h"
+
 namespace penumbra::bench {
 namespace {
 
 struct ExactRay {
   RTCIntersectContext context;  // first: Embree passes its address on
   Vec3 origin, direction;
-  double least = 0, t = HUGE_VAL;  // of the hit so far
+  double least = 0, t = math::infinity;  // of the hit so far
   SurfaceHit hit;
 
   void offer(double distance, const Vec3& normal, std::uint32_t material) {
@@ -93,7 +95,7 @@ void attach(RTCDevice device, RTCScene scene, const std::vector<Shape>& shapes) 
   const auto intersect = [](const RTCIntersectFunctionNArguments* arguments) {
     auto& ray = *reinterpret_cast<ExactRay*>(arguments->context);
     meet((*static_cast<const std::vector<Shape>*>(arguments->geometryUserPtr))[arguments->primID], ray);
-    if (ray.t < HUGE_VAL) {
+    if (ray.t < math::infinity) {
       auto* query = reinterpret_cast<RTCRayHit*>(arguments->rayhit);
       query->ray.tfar = static_cast<float>(ray.t * (1 + 0x1p-20));
     }
@@ -129,10 +131,10 @@ std::optional<SurfaceHit> ExactHits::closest(const Vec3& origin, const Vec3& dir
   query.ray.org_x = static_cast<float>(origin.x), query.ray.org_y = static_cast<float>(origin.y);
   query.ray.org_z = static_cast<float>(origin.z), query.ray.dir_x = static_cast<float>(direction.x);
   query.ray.dir_y = static_cast<float>(direction.y), query.ray.dir_z = static_cast<float>(direction.z);
-  query.ray.tfar = HUGE_VALF, query.ray.mask = ~0u;
+  query.ray.tfar = math::float_infinity, query.ray.mask = ~0u;
   query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_, &ray.context, &query);
-  if (ray.t == HUGE_VAL) return std::nullopt;
+  if (ray.t == math::infinity) return std::nullopt;
   return ray.hit;
 }
 

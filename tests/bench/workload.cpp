@@ -52,7 +52,7 @@ double timed_in_pieces(std::size_t count, int threads, const std::function<void(
   });
 }
 
-render::Compiled compile_with(const scene::Description& description, render::Pool& pool) {
+render::Compiled compile_with(const scene::Description& description, system::Pool& pool) {
   render::CompileSettings settings;
   settings.parallel_for = [&](std::int64_t count, const std::function<void(std::int64_t)>& task) {
     pool.run(count, pool.size(), task);

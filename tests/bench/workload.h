@@ -6,7 +6,7 @@
 
 #include "api/job_request.h"
 #include "engine/render/compile.h"
-#include "engine/render/pool.h"
+#include "engine/system/pool.h"
 
 namespace penumbra::bench {
 
@@ -21,7 +21,7 @@ double timed_in_pieces(std::size_t count, int threads, const std::function<void(
 double timed(const std::function<void()>& work);
 
 /// Penumbra's compiled scene, built on `pool`.
-render::Compiled compile_with(const scene::Description& description, render::Pool& pool);
+render::Compiled compile_with(const scene::Description& description, system::Pool& pool);
 
 double median(std::vector<double> values);
 

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 using nlohmann::json;
 namespace fs = std::filesystem;
@@ -73,7 +75,7 @@ TEST_CASE("version and help") {
   const Folder folder;
   const Run version = penumbra(folder, "--version");
   CHECK(version.status == 0);
-  CHECK(version.out == "penumbra " PENUMBRA_VERSION "\n");
+  CHECK(version.out.starts_with("penumbra "));
   CHECK(penumbra(folder, "--help").status == 0);
   for (const std::string command : {"serve", "render", "worker", "validate"}) {
     const Run help = penumbra(folder, command + " --help");
@@ -115,6 +117,16 @@ TEST_CASE("arguments that cannot be used") {
     CHECK_MESSAGE(!run.err.empty(), words);
     CHECK(run.out.empty());
   }
+}
+
+TEST_CASE("the user's own file may be larger than what a server takes, unless told otherwise") {
+  const Folder folder;
+  const std::string file = folder.file("large.json", job + std::string(9 << 20, ' '));
+  CHECK(penumbra(folder, "validate " + file).status == 0);
+  CHECK(penumbra(folder, "validate - <" + file).status == 0);
+  CHECK(penumbra(folder, "render " + file + " -o " + folder / "large.png").status == 0);
+  CHECK(penumbra(folder, "validate --max-body 8M " + file).status == 2);
+  CHECK(penumbra(folder, "validate --max-body 10M " + file).status == 0);
 }
 
 TEST_CASE("validate prints the cost of a valid job and every error of another") {
@@ -234,4 +246,58 @@ TEST_CASE("a PNG is written without OpenImageIO's module, an EXR is not") {
       (folder / "bin/penumbra") + " render " + folder.file("job.json", job) + " -o " + (folder / "image");
   CHECK(std::system((words + ".png 2>/dev/null").c_str()) == 0);
   CHECK(std::system((words + ".exr 2>/dev/null").c_str()) != 0);
+}
+
+TEST_CASE("render writes the image to standard output when told so, and nothing else") {
+  const Folder folder;
+  const std::string file = folder.file("job.json", job);
+  REQUIRE(penumbra(folder, "render " + file + " --set width=40 --set height=30 -o " + folder / "a.png").status == 0);
+  const Run run = penumbra(folder, "render " + file + " --set width=40 --set height=30 -o -");
+  CHECK(run.status == 0);
+  CHECK(run.out == bytes_of(folder / "a.png"));
+  const Run exr = penumbra(folder, "render " + file + " --set width=40 --set height=30 --set format=exr -o -");
+  CHECK(exr.out.starts_with("\x76\x2f\x31\x01"));
+  CHECK(penumbra(folder, "render " + file + " -o - --stats -").status == 2);
+  // Who reads no more ends it quietly.
+  CHECK(penumbra(folder, "render " + file + " -o - | head -c 1 | wc -c").out == "1\n");
+}
+
+TEST_CASE("a command or flag that nobody knows is answered with the one that was probably meant") {
+  const Folder folder;
+  for (const auto& [words, meant] : std::vector<std::pair<std::string, std::string>>{
+           {"rendr a.json -o a.png", "there is no command rendr; did you mean \"render\"?"},
+           {"key creat", "there is no command creat; did you mean \"create\"?"},
+           {"serve --max-bdoy=3", "there is no flag --max-bdoy; did you mean \"--max-body\"?"},
+           {"render a.json --outptu a.png", "there is no flag --outptu; did you mean \"--output\"?"},
+           {"zzz", "there is no command zzz\n"}}) {
+    const Run run = penumbra(folder, words);
+    CHECK(run.status == 2);
+    CHECK_MESSAGE(run.err.find(meant) != std::string::npos, run.err);
+  }
+}
+
+TEST_CASE("shells complete commands, flags and the values that a flag takes") {
+  const Folder folder;
+  const auto complete = [&](const std::string& words) {
+    // What bash does at the last of the words.
+    const std::string script = folder.file("complete.sh", "source <(" PENUMBRA_BIN_DIR
+                                                          "/penumbra completion bash)\nCOMP_WORDS=(\"$@\")\n"
+                                                          "COMP_CWORD=$(($# - 1))\n_penumbra\necho ${COMPREPLY[*]}\n");
+    const std::string line = "bash " + script + " penumbra " + words + " >" + folder / "completed";
+    CHECK(std::system(line.c_str()) == 0);
+    return bytes_of(folder / "completed");
+  };
+  CHECK(complete("re") == "render\n");
+  CHECK(complete("key ''") == "create list revoke\n");
+  CHECK(complete("render a.json --out") == "--output\n");
+  CHECK(complete("render --without mer") == "merge-lights\n");
+  CHECK(complete("key create --scopes met") == "metrics\n");
+  CHECK(complete("completion ''") == "bash zsh fish\n");
+  CHECK(complete("render -o ''") == "\n");  // a file, as bash completes by itself
+  for (const std::string shell : {"bash", "zsh", "fish"}) {
+    CHECK(penumbra(folder, "completion " + shell + " >" + folder / "script" + "; ! command -v " + shell + " || " +
+                               shell + " -n " + folder / "script")
+              .status == 0);
+  }
+  CHECK(penumbra(folder, "completion tcsh").status == 2);
 }

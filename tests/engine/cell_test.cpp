@@ -1,17 +1,18 @@
 // Cells: their hulls hold every segment to the light, and their lists all that the points would find on their own.
-#include "engine/accel/cell.h"
+#include "engine/shading/shadows/cell.h"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 
-#include "engine/accel/candidates.h"
 #include "engine/accel/queries.h"
 #include "engine/math/elementary.h"
+#include "engine/shading/shadows/candidates.h"
 #include "tests/robustness/worlds.h"
 #include "tests/support/scenes.h"
 
 using namespace penumbra;
+namespace shadows = penumbra::shading::shadows;
 using math::Vec3;
 
 namespace {
@@ -24,12 +25,12 @@ Vec3 in_ball(test::Random& random, double radius) {
 }
 
 /// Where a segment from `from` to somewhere in the target is at a random share of its length.
-Vec3 on_segment(test::Random& random, const Vec3& from, const accel::Target& target) {
-  const Vec3 to = target.centre + in_ball(random, target.radius);
+Vec3 on_segment(test::Random& random, const Vec3& from, const shadows::Target& target) {
+  const Vec3 to = target.center + in_ball(random, target.radius);
   return target.is_infinite ? from + to * (random.between(0, 1) * 50) : from + (to - from) * random.between(0, 1);
 }
 
-accel::Target random_target(test::Random& random, bool is_infinite) {
+shadows::Target random_target(test::Random& random, bool is_infinite) {
   if (!is_infinite) return {random.in_cube(8), random.between(0, 2), false};
   return {random.direction(), random.between(0, 0.3), true};
 }
@@ -42,15 +43,15 @@ TEST_CASE("hulls hold all segments from the cell to the target") {
   test::Random random(11);
   int flat = 0, round = 0, rejected = 0;
   for (int i = 0; i < 2000; ++i) {
-    accel::Target target = random_target(random, i % 3 == 0);
+    shadows::Target target = random_target(random, i % 3 == 0);
     const math::Frame frame = math::frame_around(random.direction());
     const Vec3 middle = random.in_cube(4);
     const double size = random.between(0.01, 1);
     // Also nearer than the cell is wide.
     if (i % 3 == 1) target = {middle + in_ball(random, 1.5 * size), random.between(0, 0.3 * size), false};
     const Vec3 u = frame.u * size, v = frame.v * size;
-    const accel::FlatCell square{{middle - u - v, middle + u - v, middle + u + v, middle - u + v}, frame.n};
-    const accel::RoundCell ball{middle, size};
+    const shadows::FlatCell square{{middle - u - v, middle + u - v, middle + u + v, middle - u + v}, frame.n};
+    const shadows::RoundCell ball{middle, size};
     const auto flat_hull = hull(square, target), round_hull = hull(ball, target);
     for (int k = 0; k < 20; ++k) {
       if (flat_hull) {
@@ -74,8 +75,8 @@ TEST_CASE("a cylinder that a segment of the hull touches is not missed, and its 
   test::Random random(13);
   int touched = 0, missed = 0, missed_by_box = 0;
   for (int i = 0; i < 20000; ++i) {
-    const accel::Target target = random_target(random, i % 3 == 0);
-    const accel::RoundCell ball{random.in_cube(4), random.between(0.01, 1)};
+    const shadows::Target target = random_target(random, i % 3 == 0);
+    const shadows::RoundCell ball{random.in_cube(4), random.between(0.01, 1)};
     const auto region = hull(ball, target);
     if (!region) continue;
     const Vec3 axis = i % 4 == 0 ? Vec3{0, 0, 1} : random.direction();
@@ -84,7 +85,7 @@ TEST_CASE("a cylinder that a segment of the hull touches is not missed, and its 
     const math::Frame frame = math::frame_around(axis);
     const double turn = random.between(0, 6.3);
     const Vec3 offset = frame.u * (std::cos(turn) * cylinder.radius) + frame.v * (std::sin(turn) * cylinder.radius);
-    const Vec3 at = on_segment(random, ball.centre + in_ball(random, ball.radius), target);
+    const Vec3 at = on_segment(random, ball.center + in_ball(random, ball.radius), target);
     cylinder.base = at - offset - axis * (random.below(3) * 0.5 * cylinder.height);
     CHECK_FALSE(region->miss(cylinder));
     ++touched;
@@ -100,15 +101,15 @@ TEST_CASE("what lies within a hull's limits lies before the target as every poin
   test::Random random(12);
   int within = 0;
   for (int i = 0; i < 20000; ++i) {
-    const accel::Target target = random_target(random, false);
-    const accel::RoundCell ball{random.in_cube(4), random.between(0.01, 1)};
+    const shadows::Target target = random_target(random, false);
+    const shadows::RoundCell ball{random.in_cube(4), random.between(0.01, 1)};
     const auto region = hull(ball, target);
     const geometry::TriangleVertices triangle{random.in_cube(12), random.in_cube(12), random.in_cube(12)};
     if (!region || !region->is_within_limits(triangle)) continue;
     ++within;
-    const Vec3 way = target.centre - (ball.centre + in_ball(random, ball.radius));
+    const Vec3 way = target.center - (ball.center + in_ball(random, ball.radius));
     for (const Vec3& vertex : {triangle.v0, triangle.v1, triangle.v2})
-      CHECK(math::dot(vertex - target.centre, way) < 0);
+      CHECK(math::dot(vertex - target.center, way) < 0);
   }
   CHECK(within > 1000);
 }
@@ -117,18 +118,18 @@ TEST_CASE("a view cone tells which spheres meet all of its segments and which me
   test::Random random(13);
   int covered = 0, missed = 0;
   for (int i = 0; i < 20000; ++i) {
-    const accel::Target target = random_target(random, i % 3 == 0);
-    const accel::ViewCone cone = accel::ViewCone::around(target.centre, target.radius, target.is_infinite);
-    const Vec3 centre = random.in_cube(6);
+    const shadows::Target target = random_target(random, i % 3 == 0);
+    const shadows::ViewCone cone = shadows::ViewCone::around(target.center, target.radius, target.is_infinite);
+    const Vec3 center = random.in_cube(6);
     const double radius = random.between(0, 4);
-    const bool covers = cone.is_covered_by(centre, radius), misses = cone.misses(centre, radius);
+    const bool covers = cone.is_covered_by(center, radius), misses = cone.misses(center, radius);
     CHECK_FALSE((covers && misses));
     covered += covers ? 1 : 0, missed += misses ? 1 : 0;
     for (int k = 0; k < 10 && (covers || misses); ++k) {
-      const Vec3 end = target.centre + in_ball(random, target.radius);
-      const double t = math::dot(end, centre) / math::dot(end, end);
-      const double nearest = std::clamp(t, 0.0, target.is_infinite ? HUGE_VAL : 1.0);
-      CHECK((math::length(end * nearest - centre) < radius) == covers);
+      const Vec3 end = target.center + in_ball(random, target.radius);
+      const double t = math::dot(end, center) / math::dot(end, end);
+      const double nearest = std::clamp(t, 0.0, target.is_infinite ? math::infinity : 1.0);
+      CHECK((math::length(end * nearest - center) < radius) == covers);
     }
   }
   CHECK(covered > 200);
@@ -149,7 +150,7 @@ TEST_CASE("an edge whose line is said to miss the disc has no point in it") {
     const double length = std::ldexp(random.between(0, 1), 4 - random.below(40)), start = random.between(-2, 2);
     const Vec3 a = point(start), b = point(start + length);
     clear += off > 1e-9 && length > 1e-3 ? 1 : 0;
-    if (!accel::misses_disc(a, b)) continue;
+    if (!shadows::misses_disc(a, b)) continue;
     ++missing;
     for (int k = 0; k <= 8; ++k) {
       // In extended precision enough is left of a distance of some roundings.
@@ -164,6 +165,36 @@ TEST_CASE("an edge whose line is said to miss the disc has no point in it") {
   CHECK(missing > 10'000);
 }
 
+namespace {
+
+/// Of the edges in sight of the disc, which both must hold.
+std::size_t count_edges_of_both(const shadows::Candidates& alone, const shadows::Candidates& shared) {
+  const auto is_in_disc = [](const Vec3& p) { return p.z > 0 && p.x * p.x + p.y * p.y < p.z * p.z; };
+  const auto meets_disc = [&](const shadows::SilhouetteEdge& edge) {
+    for (int k = 0; k <= 64; ++k) {
+      if (is_in_disc(edge.from + (edge.to - edge.from) * (k / 64.0))) return true;
+    }
+    return false;
+  };
+  const auto same = [](const shadows::SilhouetteEdge& a) {
+    return [&a](const shadows::SilhouetteEdge& b) {
+      return a.place == b.place && a.from == b.from && a.to == b.to && a.jump == b.jump;
+    };
+  };
+  std::size_t edges = 0;
+  for (const shadows::SilhouetteEdge& edge : alone.silhouette()) {
+    if (!meets_disc(edge)) continue;
+    ++edges;
+    CHECK(std::ranges::any_of(shared.silhouette(), same(edge)));
+  }
+  for (const shadows::SilhouetteEdge& edge : shared.silhouette()) {
+    if (meets_disc(edge)) CHECK(std::ranges::any_of(alone.silhouette(), same(edge)));
+  }
+  return edges;
+}
+
+}  // namespace
+
 TEST_CASE("a cell's outline has every silhouette edge that its points find, to the last bit") {
   test::Random random(14);
   std::size_t edges = 0, outlined = 0;
@@ -176,33 +207,35 @@ TEST_CASE("a cell's outline has every silhouette edge that its points find, to t
     const math::Bounds bounds = bounds_of(scene.world.structure);
     const double size = math::max_component(bounds.extent());
     for (int i = 0; i < 1000; ++i) {
-      const Vec3 from = bounds.centre() + random.in_cube(size);
-      const accel::Ray ray{from, math::normalize(bounds.centre() + random.in_cube(size / 4) - from), {}};
+      const Vec3 from = bounds.center() + random.in_cube(size);
+      const accel::Ray ray{from, math::normalize(bounds.center() + random.in_cube(size / 4) - from), {}};
       const auto hit = accel::closest_hit(scene.world, ray);
       if (!hit) continue;
       const geometry::SurfacePoint surface = accel::surface_at(scene.world, ray, *hit);
       const Vec3 facing = math::dot(surface.normal, ray.direction) > 0 ? -surface.normal : surface.normal;
-      const accel::Target target{surface.position + (facing + random.in_cube(0.8)) * (size * random.between(0.2, 1)),
-                                 size * random.between(0.001, 0.1)};
+      const shadows::Target target{surface.position + (facing + random.in_cube(0.8)) * (size * random.between(0.2, 1)),
+                                   size * random.between(0.001, 0.1)};
       const double radius = size * random.between(0.0001, 0.03);
-      const accel::RoundCell cell{surface.position + in_ball(random, radius * 0.99), radius};
-      const accel::CellContents contents = accel::CellContents::outlined(scene.world, cell, target);
+      const shadows::RoundCell cell{surface.position + in_ball(random, radius * 0.99), radius};
+      const shadows::CellContents contents = shadows::CellContents::outlined(scene.world, cell, target);
       if (contents.outline() == nullptr) continue;
       ++outlined;
-      const Vec3 apex = geometry::leave_surface(surface, facing), axis = target.centre - apex;
+      const Vec3 apex = geometry::leave_surface(surface, facing), axis = target.center - apex;
       const math::Frame frame = math::frame_around(math::normalize(axis));
       const Vec3 u = frame.u * target.radius, v = frame.v * target.radius;
       const double volume = 1 / math::dot(axis, math::cross(u, v));
-      const accel::Projection projection{apex,
-                                         math::cross(v, axis) * volume,
-                                         math::cross(axis, u) * volume,
-                                         math::cross(u, v) * volume,
-                                         false,
-                                         surface.position,
-                                         accel::ViewCone::around(axis, target.radius, false)};
-      const Vec3 middle = target.centre;
-      const accel::Shaft shaft(apex, {middle - u - v, middle + u - v, middle + u + v, middle - u + v}, false);
-      accel::Candidates alone, shared;
+      const double rounding = 2 * math::taxicab(apex - surface.position);
+      const shadows::Projection projection{apex,
+                                           math::cross(v, axis) * volume,
+                                           math::cross(axis, u) * volume,
+                                           math::cross(u, v) * volume,
+                                           false,
+                                           rounding,
+                                           shadows::ViewCone::around(axis, target.radius, false)};
+      const Vec3 middle = target.center;
+      const shadows::Shaft shaft({apex, rounding}, {middle - u - v, middle + u - v, middle + u + v, middle - u + v},
+                                 false);
+      shadows::Candidates alone, shared;
       alone.gather_silhouettes(scene.world, shaft, projection, hit->surface, false);
       shared.gather_silhouettes(scene.world, shaft, projection, hit->surface, false, &contents);
       if (alone.is_incomplete()) continue;
@@ -211,26 +244,7 @@ TEST_CASE("a cell's outline has every silhouette edge that its points find, to t
       if (alone.is_dark()) CHECK((shared.is_dark() || shared.has_opaque_triangles()));
       if (shared.is_dark()) CHECK(alone.is_dark());
       if (alone.is_dark()) continue;
-      const auto is_in_disc = [](const Vec3& p) { return p.z > 0 && p.x * p.x + p.y * p.y < p.z * p.z; };
-      const auto meets_disc = [&](const accel::SilhouetteEdge& edge) {
-        for (int k = 0; k <= 64; ++k) {
-          if (is_in_disc(edge.from + (edge.to - edge.from) * (k / 64.0))) return true;
-        }
-        return false;
-      };
-      const auto same = [](const accel::SilhouetteEdge& a) {
-        return [&a](const accel::SilhouetteEdge& b) {
-          return a.place == b.place && a.from == b.from && a.to == b.to && a.jump == b.jump;
-        };
-      };
-      for (const accel::SilhouetteEdge& edge : alone.silhouette()) {
-        if (!meets_disc(edge)) continue;
-        ++edges;
-        CHECK(std::ranges::any_of(shared.silhouette(), same(edge)));
-      }
-      for (const accel::SilhouetteEdge& edge : shared.silhouette()) {
-        if (meets_disc(edge)) CHECK(std::ranges::any_of(alone.silhouette(), same(edge)));
-      }
+      edges += count_edges_of_both(alone, shared);
     }
   }
   MESSAGE(outlined, " cells, ", edges, " silhouette edges in sight of the light");
@@ -255,8 +269,8 @@ TEST_CASE("an edge is in the disc where some point of it is") {
       is_found = is_found || (p.z > 0 && beyond < 0);
       is_near = is_near || (p.z > -1e-2 && beyond < 1e-2);
     }
-    if (is_found) CHECK(accel::is_in_disc(from, to));
-    if (!is_near) CHECK_FALSE(accel::is_in_disc(from, to));
+    if (is_found) CHECK(shadows::is_in_disc(from, to));
+    if (!is_near) CHECK_FALSE(shadows::is_in_disc(from, to));
     inside += is_found ? 1 : 0;
   }
   CHECK(inside > 2000);

@@ -1,5 +1,5 @@
 // How many processors control groups leave: files as Linux has them, in a folder of our own.
-#include "engine/render/cores.h"
+#include "engine/system/cores.h"
 
 #include <doctest/doctest.h>
 
@@ -20,7 +20,7 @@ class Machine {
     std::filesystem::create_directories(path.parent_path());
     std::ofstream(path) << text;
   }
-  int cores() const { return render::available_cores(folder_ / "."); }
+  int cores() const { return system::available_cores(folder_ / "."); }
 
  private:
   test::TemporaryDirectory folder_;
@@ -29,7 +29,7 @@ class Machine {
 }  // namespace
 
 TEST_CASE("processors are those that control groups grant, of version 2") {
-  const int all = render::available_cores();
+  const int all = system::available_cores();
   REQUIRE(all >= 1);
   Machine machine;
   CHECK(machine.cores() == all);
@@ -54,7 +54,7 @@ TEST_CASE("processors are those that control groups grant, of version 2") {
 }
 
 TEST_CASE("processors are those that control groups grant, of version 1") {
-  const int all = render::available_cores();
+  const int all = system::available_cores();
   Machine machine;
   machine.write("proc/self/cgroup", "3:memory:/job\n2:cpuset:/job\n1:cpu,cpuacct:/job\n");
   machine.write("sys/fs/cgroup/cpu/job/cpu.cfs_period_us", "100000\n");

@@ -1,5 +1,5 @@
 // What a cover hides of a chord, in lanes beside the definition.
-#include "engine/shading/cover_chords.h"
+#include "engine/shading/shadows/cover_chords.h"
 
 #include <doctest/doctest.h>
 
@@ -22,26 +22,26 @@ TEST_CASE("chords are clipped to where all edges and the ellipse are not negativ
       offset[k] = random.between(-1, 1);
       end[k] = std::sqrt(1 - offset[k] * offset[k]), begin[k] = -end[k];
     }
-    std::array<shading::Linear, 4> edges;
+    std::array<shading::shadows::Linear, 4> edges;
     const auto edge_count = static_cast<std::size_t>(random.below(5));
     for (std::size_t e = 0; e < edge_count; ++e) {
       // Every tenth edge runs along the chords.
       edges[e] = {random.between(-0.3, 1), random.between(-1, 1), i % 10 == 0 ? 0 : random.between(-1, 1)};
     }
-    // r² − |p − centre|², squeezed and turned.
+    // r² − |p − center|², squeezed and turned.
     const double cx = random.between(-1, 1), cy = random.between(-1, 1), r = random.between(0.05, 1.5),
                  sx = random.between(0.2, 3), sy = random.between(0.2, 3), turn = random.between(-1, 1);
-    const shading::Quadratic ellipse{r * r - sx * cx * cx - sy * cy * cy - 2 * turn * cx * cy * 0.2,
-                                     sx * cx + turn * cy * 0.2,
-                                     sy * cy + turn * cx * 0.2,
-                                     -sx,
-                                     -turn * 0.2,
-                                     -sy};
+    const shading::shadows::Quadratic ellipse{r * r - sx * cx * cx - sy * cy * cy - 2 * turn * cx * cy * 0.2,
+                                              sx * cx + turn * cy * 0.2,
+                                              sy * cy + turn * cx * 0.2,
+                                              -sx,
+                                              -turn * 0.2,
+                                              -sy};
     const bool is_round = i % 3 != 0;
     const auto least = [&](double s, double t) {
       double value = is_round ? ellipse.a + 2 * ellipse.b * s + 2 * ellipse.c * t + ellipse.d * s * s +
                                     2 * ellipse.e * s * t + ellipse.f * t * t
-                              : HUGE_VAL;
+                              : math::infinity;
       for (std::size_t e = 0; e < edge_count; ++e)
         value = std::min(value, edges[e].a + edges[e].b * s + edges[e].c * t);
       return value;

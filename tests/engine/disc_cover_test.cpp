@@ -1,4 +1,4 @@
-#include "engine/shading/chord_sweep.h"
+#include "engine/shading/shadows/chord_sweep.h"
 
 #include <doctest/doctest.h>
 
@@ -10,8 +10,8 @@
 using namespace penumbra;
 using math::Color;
 using math::Vec3;
-using shading::DiscCover;
-using shading::DiscView;
+using shading::shadows::DiscCover;
+using shading::shadows::DiscView;
 
 namespace {
 
@@ -20,7 +20,7 @@ DiscView unit_view() { return {{0, 0, 0}, {0, 0, 10}, {1, 0, 0}, {0, 1, 0}, fals
 
 double mean(const std::vector<DiscCover>& covers, int chords, std::mt19937_64& random, int repeats) {
   const sampling::DiscChords pattern(chords);
-  shading::ChordSweep sweep;
+  shading::shadows::ChordSweep sweep;
   std::uniform_real_distribution<double> uniform;
   double sum = 0;
   for (int i = 0; i < repeats; ++i) {
@@ -47,7 +47,7 @@ bool crosses(const geometry::SphereShape& sphere, double x, double y) {
 }
 
 bool crosses(const geometry::CylinderShape& cylinder, double x, double y) {
-  return crossings(cylinder, {0, 0, 0}, {x, y, 10}, std::nullopt).count > 0;
+  return crossings(cylinder, {{0, 0, 0}, {x, y, 10}}, std::nullopt).count > 0;
 }
 
 /// What the shape hides of the unit view; it must be told in covers.
@@ -73,7 +73,7 @@ TEST_CASE("half a disc: closed form F2") {
   }
 }
 
-TEST_CASE("a sphere on the axis hides a disc: closed form F3 with equal centres") {
+TEST_CASE("a sphere on the axis hides a disc: closed form F3 with equal centers") {
   std::mt19937_64 random(2);
   const geometry::SphereShape ball{{0, 0, 5}, 0.3};
   const std::vector<DiscCover> covers = covers_of(ball);

@@ -14,7 +14,7 @@ namespace {
 /// How many units of its last place `found` is away from `exact`.
 double ulps(double found, long double exact) {
   const double size = std::fabs(static_cast<double>(exact));
-  const double unit = std::nextafter(size, HUGE_VAL) - size;
+  const double unit = std::nextafter(size, penumbra::math::infinity) - size;
   return static_cast<double>(std::fabs(found - exact) / static_cast<long double>(unit));
 }
 
@@ -41,6 +41,19 @@ TEST_CASE("sine and cosine of turns") {
   }
   MESSAGE("sine and cosine within ", worst, " ulp");
   CHECK(worst <= 2);
+}
+
+TEST_CASE("powers of two") {
+  std::mt19937_64 random(13);
+  std::uniform_real_distribution<double> uniform(-100, 100);
+  double worst = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const double exponent = uniform(random);
+    worst = std::max(worst, ulps(power_of_two(exponent), std::exp2(static_cast<long double>(exponent))));
+  }
+  MESSAGE("powers of two within ", worst, " ulp");
+  CHECK(worst <= 2);
+  for (int whole = -100; whole <= 100; ++whole) CHECK(power_of_two(whole) == std::ldexp(1.0, whole));
 }
 
 TEST_CASE("arc tangent") {

@@ -5,6 +5,7 @@
 #include "engine/geometry/polygon.h"
 #include "engine/geometry/quadrics.h"
 #include "engine/geometry/triangle.h"
+#include "engine/math/constants.h"
 #include "engine/math/elementary.h"
 
 using namespace penumbra;
@@ -72,7 +73,8 @@ TEST_CASE("a ray through the shared edge or a corner meets exactly one of the tr
       const geometry::PreparedRay ray({0.3, 0.1, 2}, target - Vec3{0.3, 0.1, 2});
       const geometry::TriangleVertices first{a, b, c},
           second = is_flipped ? geometry::TriangleVertices{a, d, c} : geometry::TriangleVertices{a, c, d};
-      CHECK(intersect(first, ray, HUGE_VAL).has_value() + intersect(second, ray, HUGE_VAL).has_value() == 1);
+      CHECK(intersect(first, ray, math::infinity).has_value() + intersect(second, ray, math::infinity).has_value() ==
+            1);
     }
   }
   // A fan of eight around a vertex.
@@ -82,7 +84,7 @@ TEST_CASE("a ray through the shared edge or a corner meets exactly one of the tr
       const auto [sine, cosine] = math::sine_cosine_turns(k / 8.0);
       return Vec3{cosine, sine, 0};
     };
-    if (geometry::intersect({{0, 0, 0}, at(i), at(i + 1)}, {{0, 0, 1}, {0, 0, -1}}, HUGE_VAL)) ++hits;
+    if (geometry::intersect({{0, 0, 0}, at(i), at(i + 1)}, {{0, 0, 1}, {0, 0, -1}}, math::infinity)) ++hits;
   }
   CHECK(hits == 1);
 }
@@ -94,7 +96,7 @@ TEST_CASE("triangle hits agree with long double") {
   for (int i = 0; i < 20'000; ++i) {
     const geometry::TriangleVertices t{vector(), vector(), vector()};
     const Vec3 origin = vector() * 5, direction = (t.v0 + t.v1 + t.v2) * (1.0 / 3) - origin;
-    const auto hit = intersect(t, {origin, direction}, HUGE_VAL);
+    const auto hit = intersect(t, {origin, direction}, math::infinity);
     REQUIRE(hit);
     // Aimed at the centroid: t = 1 and equal weights.
     CHECK(hit->t == doctest::Approx(1).epsilon(1e-9));
@@ -112,14 +114,36 @@ TEST_CASE("a cylinder with caps is closed, rims included; without caps a ray pas
     const auto [sine, cosine] = math::sine_cosine_turns(uniform(random));
     const Vec3 rim{cosine, sine, i % 2 == 0 ? 0.0 : 2.0};
     const Vec3 inside{0.5 * uniform(random), 0.5 * uniform(random), 0.5 + uniform(random)};
-    CHECK(crossings(can, inside, rim - inside, std::nullopt).count == 1);
+    CHECK(crossings(can, {inside, rim - inside}, std::nullopt).count == 1);
     const Vec3 outside = inside + (rim - inside) * 5;
-    CHECK(crossings(can, outside, inside - outside, std::nullopt).count == 2);
+    CHECK(crossings(can, {outside, inside - outside}, std::nullopt).count == 2);
   }
-  CHECK(crossings(pipe, {0.2, 0.1, -3}, {0, 0, 1}, std::nullopt).count == 0);
-  CHECK(crossings(can, {0.2, 0.1, -3}, {0, 0, 1}, std::nullopt).count == 2);
-  const auto side = crossings(pipe, {-3, 0, 1}, {1, 0, 0}, std::nullopt);
+  CHECK(crossings(pipe, {{0.2, 0.1, -3}, {0, 0, 1}}, std::nullopt).count == 0);
+  CHECK(crossings(can, {{0.2, 0.1, -3}, {0, 0, 1}}, std::nullopt).count == 2);
+  const auto side = crossings(pipe, {{-3, 0, 1}, {1, 0, 0}}, std::nullopt);
   CHECK(side.count == 2);
   CHECK(side.t[0] == doctest::Approx(2));
   CHECK(side.t[1] == doctest::Approx(4));
+}
+
+TEST_CASE(
+    "far away, where a point rounds onto the axis or the center, a thin shape has a unit normal across its axis") {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 far = Vec3{uniform(random), uniform(random), uniform(random)} * 1e12;
+    const Vec3 axis = math::normalize({uniform(random), uniform(random), uniform(random)});
+    const Vec3 along = i % 2 == 0 ? axis : Vec3{0, 0, 1};
+    const auto check = [&](const geometry::SurfacePoint& point, double slope) {
+      CHECK(math::length(point.normal) == doctest::Approx(1));
+      CHECK(std::fabs(slope) < 1e-12);
+      CHECK(point.shading_normal == point.normal);
+      CHECK(math::length(point.position - far) < 1e-3);
+    };
+    const auto tube = surface_at(geometry::TubeShape{far, along, 1e-9}, far, 0);
+    check(tube, math::dot(tube.normal, along));
+    const auto can = surface_at(geometry::CylinderShape{far, along, 1e-9, 1, true}, far, geometry::cylinder_side);
+    check(can, math::dot(can.normal, along));
+    check(surface_at(geometry::SphereShape{far, 1e-9}, far, 0), 0);
+  }
 }

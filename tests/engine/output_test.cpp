@@ -4,12 +4,13 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <thread>
 
 #include "engine/output/encode.h"
+#include "engine/output/thumbnail.h"
 #include "engine/output/transfer.h"
+#include "tests/support/temporary_directory.h"
 
 using namespace penumbra;
 
@@ -25,7 +26,8 @@ render::Film ramp() {
 /// The file's values through an independent reader.
 template <class Value>
 std::vector<Value> read_back(const std::string& bytes, const char* ending, OIIO::TypeDesc type) {
-  const std::string path = std::tmpnam(nullptr) + std::string(ending);  // NOLINT
+  const test::TemporaryDirectory folder;
+  const std::string path = folder / ("picture" + std::string(ending));
   std::ofstream(path, std::ios::binary) << bytes;
   const auto file = OIIO::ImageInput::open(path);
   REQUIRE(file);
@@ -34,7 +36,6 @@ std::vector<Value> read_back(const std::string& bytes, const char* ending, OIIO:
   std::vector<Value> values(37 * 23 * 3);
   CHECK(file->read_image(0, 0, 0, 3, type, values.data()));
   file->close();
-  std::remove(path.c_str());
   return values;
 }
 
@@ -108,4 +109,43 @@ TEST_CASE("EXR files are the same whenever they are written") {
   const std::string first = output::encode(ramp(), encoding);
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // the library's clock has seconds
   CHECK(output::encode(ramp(), encoding) == first);
+}
+
+TEST_CASE("a PNG is read back as it was written, to half a level") {
+  const render::Film film = ramp(), read = output::decode_png(output::encode(film, {}));
+  REQUIRE(read.width == 37);
+  REQUIRE(read.height == 23);
+  for (std::size_t i = 0; i < film.rgb.size(); ++i) {
+    const double expected = 255 * srgb(std::clamp(film.rgb[i], 0.0F, 1.0F)), level = 255 * srgb(read.rgb[i]);
+    REQUIRE(std::fabs(level - expected) <= 0.501);
+  }
+  CHECK_THROWS_AS(output::decode_png("no PNG"), std::runtime_error);
+}
+
+TEST_CASE("a thumbnail is the mean, in clamped linear light, of the area under each of its pixels") {
+  render::Film film(5, 2);
+  for (std::size_t i = 0; i < film.rgb.size(); ++i) film.rgb[i] = i % 3 == 0 ? 3 : i % 3 == 1 ? 0.25F : -1;
+  film.rgb[0] = 0, film.rgb[15] = 0;
+  const render::Film small = output::thumbnail(film, 2);
+  REQUIRE(small.width == 2);
+  REQUIRE(small.height == 1);
+  CHECK(small.rgb[0] == doctest::Approx(1.5 / 2.5));  // one pixel of two and a half is black
+  CHECK(small.rgb[1] == doctest::Approx(0.25));
+  CHECK(small.rgb[2] == 0);
+  CHECK(small.rgb[3] == doctest::Approx(1));
+  CHECK(output::thumbnail(film, 5).rgb == film.rgb);
+  CHECK(output::thumbnail(render::Film(3, 2000), 256).width == 1);
+}
+
+TEST_CASE("a thumbnail keeps the light of the picture, whatever its size") {
+  const render::Film film = ramp();
+  for (const int longest : {1, 2, 7, 36}) {
+    const render::Film small = output::thumbnail(film, longest);
+    CHECK(small.width == longest);
+    double before = 0, after = 0;
+    for (const float v : film.rgb) before += std::clamp(v, 0.0F, 1.0F);
+    for (const float v : small.rgb) after += v;
+    CHECK(after / static_cast<double>(small.rgb.size()) ==
+          doctest::Approx(before / static_cast<double>(film.rgb.size())).epsilon(1e-4));
+  }
 }

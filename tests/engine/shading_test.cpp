@@ -191,6 +191,43 @@ TEST_CASE("a lamp's own light does not fall on its outside, nor a panel's on its
       0);
 }
 
+TEST_CASE("a panel without end lights a slope, and a ball hides its share, the more exactly the more samples") {
+  const auto with = [](double tilt_degrees, const std::string& material, const std::string& objects, int samples) {
+    const auto [sine, cosine] = math::sine_cosine_degrees(tilt_degrees);
+    return red(
+        fmt::format(R"("objects": [{{"type": "plane", "point": [0, 0, 0], "normal": [{}, 0, {}], "material": {}}}{}],
+        "lights": [{{"type": "rectangle", "corner": [-1e8, -1e8, 7], "edge_u": [0, 2e8, 0], "edge_v": [2e8, 0, 0], "intensity": 1}}])",
+                    sine, cosine, material, objects),
+        fmt::format(R"(, "shadow_samples": {})", samples));
+  };
+  for (const int samples : {16, 64, 1024, 4096}) {
+    const double error = 0.5 * std::pow(samples, -0.75);
+    for (const double tilt : {0.0, 20.0, 60.0}) {
+      const auto [sine, cosine] = math::sine_cosine_degrees(tilt);
+      CHECK(with(tilt, R"({"diffuse": 1})", "", samples) == doctest::Approx((1 + cosine) / 2).epsilon(1e-6));
+      // A surface that shines evenly measures the solid angle: a lune.
+      CHECK(std::fabs(with(tilt, R"({"specular": 1})", "", samples) - 2 * (1 - tilt / 180)) < 3 * error);
+    }
+    const std::string ball = R"(, {"type": "sphere", "center": [0, 0, 6], "radius": 0.6})";
+    CHECK(std::fabs(with(0, R"({"diffuse": 1})", ball, samples) - (1 - 0.01)) < error);
+  }
+}
+
+TEST_CASE("a sphere light from inside, on its surface, just outside and far away") {
+  const auto lit = [](double height, const std::string& material) {
+    return red(fmt::format(
+        R"("objects": [{}], "lights": [{{"type": "sphere", "center": [0, 0, {:.17}], "radius": 1, "intensity": 1}}])",
+        wall(material), height));
+  };
+  for (const double height : {-0.9, 0.0, 0.5, 1 - 1e-12, 1.0, 1 + 0x1p-52, 1 + 1e-12, 1.001, 3.0, 1e3, 1e8}) {
+    INFO("height ", height);
+    const double h = std::max(1.0, height);
+    CHECK(lit(height, R"({"diffuse": 1})") == doctest::Approx(1 / (h * h)).epsilon(1e-6));
+    const double cosine = std::sqrt((h - 1) * (h + 1)) / h, cap = 2 / (h * h * (1 + cosine));
+    CHECK(lit(height, R"({"specular": 1})") == doctest::Approx(cap).epsilon(height < 1 ? 0.02 : 1e-6));
+  }
+}
+
 TEST_CASE("a skewed lamp that stands on the floor lights it without speckles") {
   api::JobRequest job =
       api::parse_job(R"({"scene": {"camera": {"position": [0, 2, 4], "look_at": [0, 0, 0], "vertical_fov": 40},
@@ -222,6 +259,46 @@ TEST_CASE("a smooth mesh shades alike as an instance and in a group") {
       picture("", fmt::format(R"({{"type": "group", {}, "objects": [{{"type": "mesh", {}}}]}})", transform, mesh));
   CHECK(test::rmse(instance, group) < 1e-6);
   CHECK(*std::ranges::max_element(instance) > 0.1F);
+}
+
+TEST_CASE("a normal of no length is the triangle's own at that corner") {
+  // Two triangles with a crease; all smooth but for one end of the edge between them. Of the other mesh that end has
+  // the two triangles' own normals, and each triangle its own vertex there.
+  const std::string crease = R"("positions": [-1,-1,0, 1,-1,0, 0,1,0, 1,1,-0.5], "indices": [0,1,2, 2,1,3],
+      "normals": [-1,0,1, {}, 0,1,1, 1,0.5,1])";
+  const std::string split = R"("positions": [-1,-1,0, 1,-1,0, 0,1,0, 1,1,-0.5, 1,-1,0], "indices": [0,1,2, 2,4,3],
+      "normals": [-1,0,1, 0,0,3, 0,1,1, 1,0.5,1, 1,0.5,2])";
+  const auto picture = [](const std::string& mesh, const std::string& transform, bool as_instance,
+                          const std::string& acceleration, bool without) {
+    const std::string object =
+        as_instance ? fmt::format(R"({{"type": "instance", "mesh": "m", "transform": {}}})", transform)
+                    : fmt::format(R"({{"type": "group", "transform": {}, "objects": [{{"type": "mesh", {}}}]}})",
+                                  transform, mesh);
+    api::JobRequest job = api::parse_job(fmt::format(
+        R"({{"scene": {{"camera": {{"position": [0, 0, 6], "look_at": [0, 0, 0], "vertical_fov": 30}}, "meshes": {{"m": {{{}}}}},
+          "objects": [{}], "lights": [{{"type": "directional", "direction": [1, -0.5, -1], "intensity": 1, "angular_radius": 1}}]}},
+          "options": {{"width": 24, "height": 24, "acceleration": "{}"}}}})",
+        mesh, object, acceleration));
+    const auto clear = [](scene::Mesh& m) { m.normals.at(1) = {}; };
+    if (without) clear(job.scene.meshes.front());
+    if (auto* group = std::get_if<scene::Group>(&job.scene.objects.front().shape); without && group != nullptr)
+      clear(std::get<scene::Mesh>(group->objects.front().shape));
+    return test::render(job).film->rgb;
+  };
+  for (const char* transform : {"[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]", "[-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]",
+                                "[1,0.2,0.3,0, 0.4,0.7,0,0, 0.5,0,0.3,0, 0.1,0,0,1]"}) {
+    for (const bool as_instance : {false, true}) {
+      for (const char* acceleration : {"bvh", "groups"}) {
+        INFO(transform, as_instance ? ", instance, " : ", group, ", acceleration);
+        const auto zero =
+            picture(fmt::format(fmt::runtime(crease), "0,0,1"), transform, as_instance, acceleration, true);
+        CHECK(test::rmse(zero, picture(split, transform, as_instance, acceleration, false)) < 1e-6);
+        CHECK(*std::ranges::max_element(zero) > 0.1F);
+        const auto other = fmt::format(fmt::runtime(crease), "0,0,1");
+        CHECK(test::rmse(zero, picture(other, transform, as_instance, acceleration, false)) > 1e-3);
+      }
+    }
+  }
 }
 
 TEST_CASE("any ratio of refraction lets a ray straight on that comes along the normal") {

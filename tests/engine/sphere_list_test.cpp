@@ -1,5 +1,5 @@
 // Spheres between a point and a light: found in lanes as one by one, and dropped only behind larger ones.
-#include "engine/accel/sphere_list.h"
+#include "engine/shading/shadows/sphere_list.h"
 
 #include <doctest/doctest.h>
 
@@ -10,12 +10,13 @@
 #include "tests/robustness/worlds.h"
 
 using namespace penumbra;
-using accel::SeenSphere;
+namespace shadows = penumbra::shading::shadows;
 using math::Vec3;
+using shadows::SeenSphere;
 
 namespace {
 
-accel::Projection projection_to(const Vec3& apex, const Vec3& axis, double radius, bool is_infinite) {
+shadows::Projection projection_to(const Vec3& apex, const Vec3& axis, double radius, bool is_infinite) {
   const math::Frame frame = math::frame_around(math::normalize(axis));
   const Vec3 u = frame.u * radius, v = frame.v * radius;
   const double volume = 1 / math::dot(axis, math::cross(u, v));
@@ -24,13 +25,13 @@ accel::Projection projection_to(const Vec3& apex, const Vec3& axis, double radiu
           math::cross(axis, u) * volume,
           math::cross(u, v) * volume,
           is_infinite,
-          apex,
-          accel::ViewCone::around(axis, radius, is_infinite)};
+          0,
+          shadows::ViewCone::around(axis, radius, is_infinite)};
 }
 
 bool same(const SeenSphere& a, const SeenSphere& b) {
   const auto equal = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
-  return a.item == b.item && a.centre == b.centre && a.radius == b.radius && equal(a.tangent, b.tangent) &&
+  return a.item == b.item && a.center == b.center && a.radius == b.radius && equal(a.tangent, b.tangent) &&
          a.size == b.size;
 }
 
@@ -42,10 +43,10 @@ TEST_CASE("a list of spheres tells to the last bit what each sphere tells alone"
   for (int i = 0; i < 2000; ++i) {
     const Vec3 apex = random.in_cube(3), axis = random.direction() * random.between(0.5, 12);
     const bool is_infinite = i % 4 == 0;
-    const accel::Projection projection = projection_to(apex, axis, random.between(0.01, 2), is_infinite);
+    const shadows::Projection projection = projection_to(apex, axis, random.between(0.01, 2), is_infinite);
     const auto count = static_cast<std::uint32_t>(random.below(40));
     const std::uint32_t self = static_cast<std::uint32_t>(random.below(50));
-    accel::SphereList list;
+    shadows::SphereList list;
     std::vector<SeenSphere> expected;
     bool covers = false;
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -54,9 +55,9 @@ TEST_CASE("a list of spheres tells to the last bit what each sphere tells alone"
       const std::uint32_t item = 3 * k;
       list.add(sphere, item);
       CHECK(list.contains(item));
-      const accel::InCone place = place_in(projection, sphere);
-      if (place == accel::InCone::apart || item == self) continue;
-      covers = covers || place == accel::InCone::covers_it;
+      const shadows::InCone place = place_in(projection, sphere);
+      if (place == shadows::InCone::apart || item == self) continue;
+      covers = covers || place == shadows::InCone::covers_it;
       expected.emplace_back(sphere, apex, item);
       inside += expected.back().size > 1 ? 1 : 0;
     }
@@ -93,15 +94,15 @@ TEST_CASE("a sphere is dropped only if every ray that meets it meets a larger on
       ++dropped;
       REQUIRE(sphere.size < 1);
       // A direction towards the sphere, out to its rim.
-      const math::Frame frame = math::frame_around(math::normalize(sphere.centre));
+      const math::Frame frame = math::frame_around(math::normalize(sphere.center));
       for (int r = 0; r < 20; ++r) {
         const double turn = random.between(0, 2 * std::numbers::pi), out = r < 10 ? 1 : std::sqrt(random.between(0, 1));
         const double sine = std::sqrt(sphere.size) * out, cosine = std::sqrt(1 - sine * sine);
         const Vec3 d = frame.n * cosine + (frame.u * std::cos(turn) + frame.v * std::sin(turn)) * sine;
         ++rays;
         CHECK(std::ranges::any_of(kept, [&](const SeenSphere& k) {
-          const double along = math::dot(k.centre, d);
-          const Vec3 across = k.centre - d * along;
+          const double along = math::dot(k.center, d);
+          const Vec3 across = k.center - d * along;
           return k.size >= sphere.size && along > 0 && math::dot(across, across) < k.radius * k.radius;
         }));
       }

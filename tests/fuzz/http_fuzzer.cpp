@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "server/http/listener.h"
-#include "server/http/problems.h"
 
 using namespace penumbra::http;
 
@@ -20,10 +19,11 @@ namespace {
 Router routes() {
   Router router;
   const Handler echo = [](const Request& request) {
-    return json_response(200, std::to_string(request.body.size() + request.query.size()));
+    // Long enough to be compressed.
+    return json_response(200, std::to_string(request.body.size() + request.query.size()) + std::string(2000, ' '));
   };
   const Handler stream = [](const Request&) -> Response {
-    return {200, "text/event-stream", [](const Send& send, const auto&) { return send("data\n\n") && false; }, {}};
+    return {200, "text/event-stream", [](const Send& send) { return send("data\n\n") && false; }, {}};
   };
   router.add({"POST", "/v1/jobs", Body::json, echo});
   router.add({"GET", "/v1/jobs", Body::none, echo});

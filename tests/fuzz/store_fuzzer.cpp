@@ -70,7 +70,12 @@ void use(store::SqliteStore& store) {
   store.unfinished();
   store.newest_id();
   store.find_key({"key1", "hash", "bob"});
-  store.expire({1, 1, std::chrono::seconds(0), std::chrono::seconds(0)}, std::chrono::system_clock::now());
+  store::Retention nothing;
+  nothing.max_jobs = 1;
+  nothing.max_image_bytes = 1;
+  nothing.max_spec_bytes = 1;
+  nothing.image_age = nothing.job_age = std::chrono::seconds(0);
+  store.expire(nothing, std::chrono::system_clock::now());
 }
 
 }  // namespace

@@ -26,14 +26,14 @@ scene::Mesh box(const Vec3& low, const Vec3& high) {
   return mesh;
 }
 
-/// Looking from `eye` at `centre`.
+/// Looking from `eye` at `center`.
 api::JobRequest job_of(std::vector<scene::Object> objects, std::vector<scene::Light> lights, const Vec3& eye,
-                       const Vec3& centre, double fov = 60) {
+                       const Vec3& center, double fov = 60) {
   api::JobRequest job;
   job.scene = test::with_objects(std::move(objects));
   job.scene.lights = std::move(lights);
   job.scene.camera.position = eye;
-  job.scene.camera.direction = centre - eye;
+  job.scene.camera.direction = center - eye;
   job.scene.camera.vertical_fov_degrees = fov;
   job.options.width = job.options.height = test::count(40, 200);
   job.options.shadow_samples = 64;
@@ -179,15 +179,15 @@ TEST_CASE("lights that graze, touch and cut surfaces, tiny and huge ones: cones 
   const scene::Object floor{scene::Plane{{0, 0, 0}, {0, 1, 0}}, {}}, ball{scene::Sphere{{-1, 0.8, 0}, 0.8}, {}},
       crate{box({0.6, 0, -0.5}, {1.4, 1, 0.5}), {}}, can{scene::Cylinder{{0, 0, 1.5}, {0, 1, 0}, 0.3, 0.7, true}, {}};
   const std::vector<scene::Object> all{floor, ball, crate, can};
-  const Vec3 eye{0, 3, 6}, centre{0, 0.5, 0};
+  const Vec3 eye{0, 3, 6}, center{0, 0.5, 0};
   const auto check = [&](const char* what, const scene::Light& light) {
-    check_agreement(what, job_of(all, {light}, eye, centre));
+    check_agreement(what, job_of(all, {light}, eye, center));
   };
   check("just above the floor", soft_light({6, 0.01, 1}, 0.5));
-  check("its centre in the floor", soft_light({4, 0, 1}, 0.5));
+  check("its center in the floor", soft_light({4, 0, 1}, 0.5));
   check("below the floor, reaching above it", soft_light({4, -0.2, 1}, 0.5));
   check("touching the ball", soft_light({-1, 1.6, 0}, 0.4));
-  check("its centre on the crate", soft_light({1, 1, 0}, 0.3));
+  check("its center on the crate", soft_light({1, 1, 0}, 0.3));
   check("inside the crate, larger than it", soft_light({1, 0.5, 0}, 2));
   check("around the ball", soft_light({-1, 0.8, 0}, 3));
   check("huge", soft_light({0, 10, 0}, 1e6));

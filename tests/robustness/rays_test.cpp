@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "engine/math/constants.h"
 #include "tests/robustness/kernels.h"
 #include "tests/robustness/worlds.h"
 
@@ -12,7 +13,7 @@ using test::Vec3;
 
 namespace {
 
-/// One of every shape around `centre`, about `size` large.
+/// One of every shape around `center`, about `size` large.
 std::vector<scene::Object> every_shape(const Vec3& c, double s) {
   scene::Mesh mesh;
   mesh.positions = {c, c + Vec3{s, 0, 0}, c + Vec3{0, s, 0}, c + Vec3{0, 0, s}};
@@ -60,15 +61,15 @@ TEST_CASE("recipe 2: a ray that leaves a surface does not meet it again where it
         const test::Kernel kernel(instructions);
         // One unit large, 10⁸ units away: what is left of the shape is its leading eight digits.
         if (size < magnitude * 1e-8 || (size > magnitude && magnitude < 1)) continue;
-        const Vec3 centre = Vec3{0.3, -0.5, 0.8} * magnitude;
-        const auto shapes = every_shape(centre, size);
+        const Vec3 center = Vec3{0.3, -0.5, 0.8} * magnitude;
+        const auto shapes = every_shape(center, size);
         for (std::size_t shape = 0; shape < shapes.size(); ++shape) {
           const shading::Scene scene = test::compiled(test::with_objects({shapes[shape]}));
           test::Random random(shape);
           int hits = 0, again = 0;
           for (int i = 0; i < rays; ++i) {
-            const Vec3 origin = centre + random.direction() * (3 * size);
-            const Vec3 target = centre + random.in_cube(0.7 * size);
+            const Vec3 origin = center + random.direction() * (3 * size);
+            const Vec3 target = center + random.in_cube(0.7 * size);
             const geometry::Ray ray{origin, math::normalize(target - origin), {}};
             const auto hit = closest_hit(scene.world, ray);
             if (!hit) continue;
@@ -174,7 +175,7 @@ TEST_CASE("rays in a bundle find what they find alone") {
       for (int i = 0; i < test::count(2'000, 100'000); ++i) {
         const Vec3 apex = random.direction() * random.between(0.5, i % 7 == 0 ? 200 : 6);
         const Vec3 target = random.in_cube(2), spread = random.in_cube(i % 3 == 0 ? 6 : 0.3);
-        const double limit = i % 4 == 0 ? HUGE_VAL : random.between(0.3, 1.5);
+        const double limit = i % 4 == 0 ? math::infinity : random.between(0.3, 1.5);
         const accel::SurfaceId self{static_cast<std::uint32_t>(random.below(100)), 0};
         const auto count = static_cast<std::size_t>(1 + random.below(accel::bundle_width));
         std::vector<geometry::Ray> rays;
@@ -214,7 +215,7 @@ TEST_CASE("rays in a bundle find what they find alone") {
 }
 
 TEST_CASE("recipe 5: rays that are no numbers end, and find nothing or something finite") {
-  const double nan = std::nan(""), inf = HUGE_VAL;
+  const double nan = std::nan(""), inf = math::infinity;
   for (const std::int64_t instructions : test::kernels())
     for (const auto acceleration : test::accelerations) {
       const test::Kernel kernel(instructions);
@@ -242,11 +243,11 @@ TEST_CASE("recipe 6: spheres far away, against long double") {
     for (int i = 0; i < test::count(50'000, 1'000'000); ++i) {
       const Vec3 from = sphere.center + random.direction() * ratio;
       const bool is_grazing = i % 2 == 1;
-      const Vec3 to_centre = math::normalize(sphere.center - from);
-      const Vec3 aside = math::normalize(math::cross(to_centre, random.direction()));
+      const Vec3 to_center = math::normalize(sphere.center - from);
+      const Vec3 aside = math::normalize(math::cross(to_center, random.direction()));
       const Vec3 target = sphere.center + aside * (is_grazing ? random.between(0.999, 1) : random.between(0, 0.1));
       const Vec3 d = math::normalize(target - from);
-      const auto found = crossings(sphere, from, d, std::nullopt);
+      const auto found = crossings(sphere, {from, d}, std::nullopt);
       if (found.count != 2) continue;
       if (is_grazing) {
         const auto at = surface_at(sphere, from + d * found.t[0], 0);
@@ -259,7 +260,7 @@ TEST_CASE("recipe 6: spheres far away, against long double") {
       const Long a = Long(d.x) * d.x + Long(d.y) * d.y + Long(d.z) * d.z, b = fx * d.x + fy * d.y + fz * d.z;
       const Long lx = fx - b / a * d.x, ly = fy - b / a * d.y, lz = fz - b / a * d.z;
       const Long exact = (-b - std::sqrt(a * (1 - (lx * lx + ly * ly + lz * lz)))) / a;
-      const double ulp = std::nextafter(ratio, HUGE_VAL) - ratio;
+      const double ulp = std::nextafter(ratio, math::infinity) - ratio;
       worst_ulp = std::max(worst_ulp, static_cast<double>(std::fabs(found.t[0] - exact)) / ulp);
     }
     MESSAGE("distance ", ratio, " radii: t within ", worst_ulp, " ulp of the distance, grazing hits off by ",

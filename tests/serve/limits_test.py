@@ -8,7 +8,7 @@ LIMITS = ["--max-body", "--max-json-depth", "--max-json-values", "--max-string",
           "--max-lights", "--max-polygon-vertices", "--max-edge-pixels", "--max-pixels", "--max-samples", "--max-depth",
           "--max-work", "--max-memory", "--job-time-limit", "--queue", "--queue-bytes", "--max-connections", "--max-streams",
           "--max-client-streams", "--max-head", "--request-timeout", "--idle-timeout", "--key-requests", "--key-jobs",
-          "--keep-jobs", "--keep-images"]
+          "--keep-jobs", "--keep-images", "--keep-scenes"]
 MESH = {"positions": [0, 0, 0, 1, 0, 0, 0, 1, 0], "indices": [0, 1, 2, 0, 1, 2]}
 LIGHT = {"type": "point", "position": [0, 5, 0], "intensity": 1}
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}

@@ -35,7 +35,7 @@ class Log(unittest.TestCase):
         with serving() as server:
             server.get("/healthz", headers={"X-Request-Id": "my-id", "traceparent": f"00-{TRACE}-{PARENT}-01"})
             image = server.post("/v1/render", job())
-            server.get("/v1/jobs/x?a=b", headers={"X-Request-Id": "a"})
+            server.get("/v1/jobs/x/events?access_token=secret", headers={"X-Request-Id": "a"})
             server.get("/healthz", headers={"X-Request-Id": "b", "traceparent": f"00-{TRACE}-{'0' * 16}-01"})
             # A line is written after its answer: those of two connections may change places.
             entries = {entry["request_id"]: entry for entry in self.requests(server, 4)}
@@ -47,14 +47,14 @@ class Log(unittest.TestCase):
         self.assertRegex(health["time"], r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z$")
         self.assertGreater(render["bytes"], len(image.body))
         self.assertGreater(render["duration_ms"], 0)
-        self.assertEqual((missing["target"], missing["route"], missing["status"]), ("/v1/jobs/x?a=b", "/v1/jobs/{id}", 404))
+        self.assertEqual((missing["target"], missing["route"], missing["status"]), ("/v1/jobs/x/events?access_token=***", "/v1/jobs/{id}/events", 404))
         self.assertNotIn("trace_id", untraced)
 
     def test_hostile_requests_stay_on_their_line(self):
         with serving() as server:
-            for data in (b"GET /\x1b[31m HTTP/1.1\r\nHost: a\r\n\r\n", b"GET /%0a%22%1b%00 HTTP/1.1\r\nHost: a\r\n\r\n",
-                         b"GET /\xff\"\\ HTTP/1.1\r\nHost: a\r\n\r\n", b"nonsense\r\n\r\n",
-                         b"GET /healthz HTTP/1.1\r\nHost: a\r\nX-Request-Id: x\r\nX-Request-Id: y\r\n\r\n"):
+            for data in (b"GET /\x1b[31m HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", b"GET /%0a%22%1b%00 HTTP/1.1\r\nHost: a\r\n\r\n",
+                         b"GET /\xff\"\\ HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", b"nonsense\r\n\r\n",
+                         b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Request-Id: x\r\nX-Request-Id: y\r\n\r\n"):
                 answer = send(server, data)
                 head = answer.split(b"\r\n\r\n")[0].split(b"\r\n")
                 self.assertTrue(all(32 <= byte < 127 for line in head for byte in line), head)

@@ -24,6 +24,7 @@ class TestServer {
   ~TestServer();
 
   int port() const { return ports_.main; }
+  const std::vector<penumbra::http::Route>& routes() const { return server_.routes(); }
   int admin_port() const { return ports_.admin; }
   penumbra::jobs::JobManager& manager() { return manager_; }
 
@@ -38,7 +39,7 @@ class TestServer {
   penumbra::metrics::Metrics metrics_;
   TestStore store_;
   penumbra::store::TimedStore timed_store_;
-  penumbra::render::Pool pool_;
+  penumbra::system::Pool pool_;
   penumbra::jobs::JobManager manager_;
   penumbra::http::Server server_;
   penumbra::http::Server::Ports ports_;
@@ -52,7 +53,7 @@ std::string fresh_seed();
 
 /// A sphere under a light; `options` are JSON members such as R"("width": 16)".
 std::string small_job(std::string_view options = R"("width": 16, "height": 16)");
-/// Likewise, with an image that no other job has.
+/// The same with an image that no other job has.
 std::string another_job();
 /// The same for minutes. `more` are further options, each after a comma.
 std::string endless_job(std::string_view more = "");

@@ -25,6 +25,7 @@ int refused_with(const TestServer& server, const std::string& bytes) {
   const auto reply = client.reply();
   if (!reply) return 0;
   CHECK(reply->headers.at("content-type") == "application/problem+json");
+  CHECK(reply->reason.size() > 1);
   CHECK(reply->headers.at("connection") == "close");
   CHECK(json::parse(reply->body).at("status") == reply->status);
   CHECK(client.is_closed_by_server());
@@ -48,7 +49,7 @@ TEST_CASE("requests that cannot be framed are refused at once") {
   const std::string length = "Content-Length: " + std::to_string(chunks.str().size()) + "\r\n";
   CHECK(refused_with(server, post_head("Transfer-Encoding: chunked\r\n" + length) + chunks.str()) == 400);
   CHECK(refused_with(server, post_head("Content-Length: 5\r\nContent-Length: 6\r\n") + "hello") == 400);
-  CHECK(refused_with(server, post_head("Content-Encoding: gzip\r\nContent-Length: 5\r\n") + "hello") == 415);
+  CHECK(refused_with(server, post_head("Content-Encoding: br\r\nContent-Length: 5\r\n") + "hello") == 415);
   CHECK(refused_with(server, "GET / HTTP/1.1\r\n\r\n") == 400);
   CHECK(refused_with(server, "nonsense\r\n\r\n") == 400);
   CHECK(refused_with(server, "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n") == 505);
@@ -80,15 +81,56 @@ TEST_CASE("of the type's parameters the charset counts") {
 
 TEST_CASE("who asks for leave to send a body gets it, or the refusal") {
   const TestServer server;
-  const std::string body = small_job();
-  Client client(server.port());
-  client.send(
-      "POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n"
-      "Content-Length: " +
-      std::to_string(body.size()) + "\r\n\r\n");
-  CHECK(client.head()->status == 100);
-  client.send(body);
-  CHECK(client.reply()->status == 200);
+  const std::string body = small_job(), length = "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n";
+  const std::string type = "Host: a\r\nContent-Type: application/json\r\n";
+  for (const char* field : {"Expect: 100-continue\r\n", "EXPECT: 100-Continue\r\n"}) {
+    Client client(server.port());
+    client.send("POST /v1/render HTTP/1.1\r\n" + type + field + length);
+    CHECK(client.head()->status == 100);
+    client.send(body);
+    CHECK(client.reply()->status == 200);
+  }
+  // The first answer is the last where the body is not wanted, and where interim ones are not known.
+  for (const char* line : {"POST /nothing", "PUT /v1/render", "POST /v1/render?unknown=1"}) {
+    Client client(server.port());
+    client.send(std::string(line) + " HTTP/1.1\r\n" + type + "Expect: 100-continue\r\n" + length);
+    CHECK(client.reply()->status >= 400);
+    CHECK(client.is_closed_by_server());
+  }
+  Client old(server.port());
+  old.send("POST /v1/render HTTP/1.0\r\n" + type + "Expect: 100-continue\r\n" + length);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  old.send(body);
+  CHECK(old.reply()->status == 200);
+}
+
+TEST_CASE("what is no HTTP is told so at once") {
+  const TestServer server;
+  const auto start = Clock::now();
+  CHECK(refused_with(server, std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 11)) == 400);  // TLS
+  CHECK(refused_with(server, "\x80garbage") == 400);
+  CHECK(refused_with(server, std::string(40, 'a')) == 400);
+  CHECK(Clock::now() - start < std::chrono::seconds(3));
+}
+
+TEST_CASE("who has closed only the way to the server gets the answer all the same") {
+  const TestServer server;
+  const auto answer_to = [&](const std::string& request) {
+    Client client(server.port());
+    client.send(request);
+    client.finish_sending();
+    return client.reply();
+  };
+  const std::string body = another_job();
+  const auto rendered =
+      answer_to("POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: " +
+                std::to_string(body.size()) + "\r\n\r\n" + body);
+  REQUIRE(rendered);
+  CHECK(rendered->status == 200);
+  const std::string image = rendered->headers.at("content-location");
+  const auto again = answer_to("GET " + image + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  REQUIRE(again);
+  CHECK(again->body == rendered->body);
 }
 
 TEST_CASE("header fields have a budget") {
@@ -99,7 +141,7 @@ TEST_CASE("header fields have a budget") {
   CHECK(refused_with(server, "GET /healthz HTTP/1.1\r\nHost: a\r\nX: " + std::string(100'000, 'y') + "\r\n\r\n") ==
         431);
   CHECK(call(server.port(), "GET", "/healthz", "", "Cookie: " + std::string(60'000, 'y') + "\r\n").status == 200);
-  CHECK(call(server.port(), "GET", "/healthz", "", "Authorization: " + std::string(9000, 'y') + "\r\n").status == 431);
+  CHECK(call(server.port(), "GET", "/healthz", "", "Authorization: " + std::string(9000, 'y') + "\r\n").status == 200);
 }
 
 TEST_CASE("bodies have a limit, said before they are sent") {
@@ -190,17 +232,16 @@ TEST_CASE("large bodies that are not answered have a budget") {
   const std::string large = small_job() + std::string(150'000, ' ');
   const std::string head =
       "POST /v1/jobs HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nX-Request-Id: r1\r\n";
-  Reply refused;
-  CHECK(eventually([&] {
-    // Whichever of the two comes first may take the place.
-    Client slow(server.port());
-    slow.send(head + "Content-Length: 150000\r\n\r\n{");
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    refused = post(server.port(), "/v1/render", large, "X-Request-Id: r2\r\n");
-    return refused.status == 503 && post(server.port(), "/v1/render", small_job()).status == 200;
-  }));
+  Client slow(server.port());
+  slow.send(head + "Content-Length: 150000\r\nExpect: 100-continue\r\n\r\n");
+  // Whoever may send has its place.
+  REQUIRE(slow.head()->status == 100);
+  const Reply refused = post(server.port(), "/v1/render", large, "X-Request-Id: r2\r\n");
+  CHECK(refused.status == 503);
+  CHECK(post(server.port(), "/v1/render", small_job()).status == 200);
   CHECK(std::stoi(refused.headers.at("retry-after")) >= 1);
   CHECK(refused.headers.at("x-request-id") == "r2");
+  slow.close();
   CHECK(eventually([&] { return post(server.port(), "/v1/render", large).status == 200; }));
 }
 
@@ -208,7 +249,7 @@ TEST_CASE("old clients and last requests") {
   const TestServer server;
   Client old(server.port());
   old.send("GET /healthz HTTP/1.0\r\n\r\n");
-  CHECK(old.reply()->body == "ok\n");
+  CHECK(old.reply()->body.starts_with("ok\n"));
   CHECK(old.is_closed_by_server());
   Client last(server.port());
   CHECK(last.request("GET", "/healthz", "", "Connection: close\r\n")->headers.at("connection") == "close");

@@ -98,7 +98,7 @@ TEST_CASE("bad bodies are told everything at once") {
 TEST_CASE("no such job, no such path, no such method") {
   const TestServer server;
   const std::string job = "/v1/jobs/01JDF3Z4N6Q8R0S2T4V6X8Y0Z2";
-  for (const char* call_of_job : {"", "/events", "/image", "/preview"})
+  for (const char* call_of_job : {"", "/events", "/image", "/preview", "/thumbnail", "/scene"})
     check_problem(call(server.port(), "GET", job + call_of_job), 404, "not-found");
   check_problem(call(server.port(), "POST", job + "/cancel"), 404, "not-found");
   check_problem(call(server.port(), "DELETE", job), 404, "not-found");

@@ -9,13 +9,18 @@ using nlohmann::json;
 TEST_CASE("health, readiness and metrics") {
   TestServer server;
   const Reply health = call(server.port(), "GET", "/healthz");
-  CHECK(health.body == "ok\n");
+  const std::string version = json::parse(call(server.port(), "GET", "/v1/openapi.json").body)["info"]["version"];
+  REQUIRE(health.body.starts_with("ok\npenumbra " + version + " (engine "));
+  REQUIRE(health.body.ends_with(")\n"));
+  const std::string engine = health.body.substr(health.body.size() - 14, 12);
   CHECK(health.headers.at("date").ends_with(" GMT"));
   CHECK(call(server.port(), "GET", "/readyz").status == 200);
   post(server.port(), "/v1/render", small_job());
   const Reply metrics = call(server.port(), "GET", "/metrics");
   CHECK(metrics.headers.at("content-type").starts_with("text/plain; version=0.0.4"));
   CHECK(metrics.body.find("penumbra_jobs_ended_total{state=\"succeeded\"} 1\n") != std::string::npos);
+  CHECK(metrics.body.find("penumbra_build_info{engine=\"" + engine + "\",version=\"" + version + "\"} 1\n") !=
+        std::string::npos);
   for (const char* request :
        {R"(code="200",method="GET",route="/healthz")", R"(code="200",method="GET",route="/readyz")",
         R"(code="200",method="POST",route="/v1/render")"})

@@ -93,13 +93,13 @@ TEST_CASE("a signal ends the server cleanly while it renders, streams and waits"
   const std::string id = nlohmann::json::parse(post(port, "/v1/jobs", endless_job()).body).at("id");
   Client stream(port), waiting(port), idle(port);
   CHECK(idle.request("GET", "/healthz")->status == 200);
-  stream.send("GET /v1/jobs/" + id + "/events HTTP/1.1\r\nHost: a\r\n\r\n");
+  stream.send("GET /v1/jobs/" + id + "/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
   REQUIRE(stream.head()->status == 200);
   CHECK(stream.event()->name == "progress");
   // As long as it is queued itself, it would be taken for the one that waits.
   REQUIRE(eventually([&] { return is_running(port, id); }));
   const std::string body = endless_job(fresh_seed());
-  waiting.send("POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\nContent-Length: " +
+  waiting.send("POST /v1/render HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nContent-Length: " +
                std::to_string(body.size()) + "\r\n\r\n" + body);
   REQUIRE(eventually([&] { return queued_jobs(port).size() == 1; }));
   const std::string waiting_id = queued_jobs(port).at(0).at("id");

@@ -4,7 +4,7 @@
 #include <future>
 #include <thread>
 
-#include "engine/render/pool.h"
+#include "engine/system/pool.h"
 #include "tests/server/fixture.h"
 
 using nlohmann::json;
@@ -35,7 +35,7 @@ class FullStore : public store::TimedStore {
 TEST_CASE("a full disk keeps a waiting job's cancel from being stored, and nobody waiting for it") {
   TestStore kept;
   FullStore store(kept, [](std::string_view, double) {});
-  render::Pool pool(1);
+  system::Pool pool(1);
   jobs::JobManager manager(settings_for(1, 10), store, pool);
   const std::string running = manager.submit(endless_job(), {}).job.id,
                     waiting = manager.submit(another_job(), {}).job.id;
@@ -53,7 +53,7 @@ TEST_CASE("a full disk keeps a waiting job's cancel from being stored, and nobod
 TEST_CASE("a full disk and a cancel under way end no server that stops") {
   TestStore kept;
   FullStore store(kept, [](std::string_view, double) {});
-  render::Pool pool(1);
+  system::Pool pool(1);
   jobs::JobManager manager(settings_for(1, 10), store, pool);
   const std::string running = manager.submit(endless_job(), {}).job.id;
   REQUIRE(eventually([&] { return manager.find(running)->percent > 0; }));
@@ -119,7 +119,7 @@ TEST_CASE("what needs more memory than is left waits in the queue") {
 
 TEST_CASE("renders found in the store wait for memory too") {
   TestStore store;
-  render::Pool pool(1);
+  system::Pool pool(1);
   std::vector<std::string> ids;
   {
     jobs::JobManager manager(settings_for(1, 10), store, pool);
@@ -167,7 +167,7 @@ TEST_CASE("a job canceled out of a shared render keeps its percentage") {
 
 TEST_CASE("a job is canceled when the last of those who were answered with it gives it up") {
   TestStore store;
-  render::Pool pool(1);
+  system::Pool pool(1);
   jobs::JobManager manager(settings_for(1, 10), store, pool);
   const std::string body = endless_job();
   const std::string id = manager.submit(body, "one").job.id;
@@ -183,7 +183,7 @@ TEST_CASE("a job is canceled when the last of those who were answered with it gi
 
 TEST_CASE("what is canceled while the server stops does not come back") {
   TestStore store;
-  render::Pool pool(1);
+  system::Pool pool(1);
   jobs::JobManager manager(settings_for(1, 10), store, pool);
   const std::string running = manager.submit(endless_job(), std::nullopt).job.id;
   const std::string queued = manager.submit(another_job(), std::nullopt).job.id;
@@ -268,7 +268,7 @@ TEST_CASE("what a store has left unfinished is taken up") {
   invalid.id = "01JDF3Z4N6Q8R0S2T4V6X8Y0Z3";
   store.create(invalid, "{}", {});
 
-  render::Pool pool(1);
+  system::Pool pool(1);
   const jobs::JobManager manager({}, store, pool);
   CHECK(eventually([&] { return manager.find(record.id)->state == api::JobState::succeeded; }));
   CHECK(eventually([&] { return manager.find(invalid.id)->state == api::JobState::failed; }));
@@ -277,7 +277,7 @@ TEST_CASE("what a store has left unfinished is taken up") {
 
 TEST_CASE("stopping leaves what is not done in the store and wakes whoever waits") {
   TestStore store;
-  render::Pool pool(2);
+  system::Pool pool(2);
   std::string running, queued;
   {
     jobs::JobManager manager(settings_for(1, 10), store, pool);
@@ -312,7 +312,7 @@ TEST_CASE("a job that joins a render while the server stops stays queued") {
     joined.set_value();
     has_stopped.get_future().wait_for(std::chrono::minutes(1));
   });
-  render::Pool pool(2);
+  system::Pool pool(2);
   jobs::JobManager manager(settings_for(1, 10), slow_store, pool);
   const std::string first = manager.submit(endless_job(), {}).job.id;
   REQUIRE(eventually([&] { return manager.find(first)->percent > 0; }));

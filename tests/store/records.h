@@ -39,6 +39,9 @@ inline JobRecord job_of(const std::string& id, Time created_at = noon) {
   job.priority = 7;
   job.progress_interval_s = 0.25;
   job.created_at = created_at;
+  job.is_awaited = true;
+  job.name = "a ball";
+  job.shape = api::ImageShape{640, 480, scene::ImageFormat::exr};
   return job;
 }
 
@@ -50,7 +53,7 @@ inline JobRecord job_like(const std::string& id, const std::string& spec_hash, c
 }
 
 inline Image image_of(const std::string& bytes) {
-  return {std::make_shared<const std::string>(bytes), "image/png", sha256_hex(bytes), nullptr};
+  return {std::make_shared<const std::string>(bytes), "image/png", sha256_hex(bytes), nullptr, nullptr};
 }
 
 inline Ending success(const std::string& bytes, Time finished_at = noon + seconds(2)) {

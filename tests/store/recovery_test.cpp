@@ -51,7 +51,6 @@ TEST_CASE("a job the server has died of three times has failed") {
   CHECK(store.find("a")->state == JobState::failed);
   CHECK(store.find("a")->error->type == "/problems/crashed");
   CHECK(store.find("a")->finished_at);
-  CHECK_FALSE(store.spec("a"));
   CHECK(store.unfinished().empty());
 }
 
@@ -100,7 +99,7 @@ TEST_CASE("databases that are not this version's are refused, and nothing is tou
   copy_open_store(path, before);
   std::string expected;
   SUBCASE("a newer one") {
-    run_sql(path, "PRAGMA user_version = 2");
+    run_sql(path, "PRAGMA user_version = 3");
     expected = "newer";
   }
   SUBCASE("other tables") {
@@ -131,6 +130,51 @@ TEST_CASE("databases that are not this version's are refused, and nothing is tou
   for (const char* more : {"-wal", "-shm"}) fs::remove(path + "/penumbra.db" + more);
   fs::copy_file(before + "/penumbra.db", path + "/penumbra.db", fs::copy_options::overwrite_existing);
   CHECK(*SqliteStore(in_directory(path)).image("a")->image.bytes == "bytes");
+}
+
+TEST_CASE("a store of version 1.0 is taken over with all it holds") {
+  const TemporaryDirectory directory;
+  const std::string old = std::string(PENUMBRA_SOURCE_DIR) + "/tests/store/version-1";
+  fs::copy(old + "/blobs", directory / "blobs", fs::copy_options::recursive);
+  run_sql(directory.path(), read_file(old + "/penumbra.sql"));
+  std::string newest;
+  {
+    SqliteStore store(in_directory(directory.path()));
+    const std::vector<JobRecord> jobs = store.list({}, 10, {}).jobs;
+    REQUIRE(jobs.size() == 6);
+    // Newest first: what was not done has its body, and what that says.
+    CHECK(jobs[0].name.empty());
+    CHECK(jobs[0].shape->width == 800);
+    CHECK(jobs[0].shape->height == 800);
+    CHECK(jobs[0].shape->format == penumbra::scene::ImageFormat::png);
+    CHECK(jobs[1].name == "Wei\u00df \"x\"");
+    CHECK(jobs[1].shape->width == 6);
+    CHECK(jobs[1].shape->height == 5);
+    CHECK(jobs[1].shape->format == penumbra::scene::ImageFormat::exr);
+    CHECK(store.spec(jobs[1].id)->starts_with("{ \"scene\""));
+    CHECK(store.unfinished().size() == 3);
+    // Of what was done version 1.0 has kept the image alone.
+    for (const std::size_t i : {3, 4, 5}) {
+      CHECK_FALSE(jobs[i].shape);
+      CHECK_FALSE(store.spec(jobs[i].id));
+      CHECK(jobs[i].size_bytes == store.image(jobs[i].id)->image.bytes->size());
+      CHECK(store.thumbnail(jobs[i].id)->state == ImageState::present);
+    }
+    CHECK(store.image(jobs[3].id)->image.media_type == "image/x-exr");
+    // The bodies are counted: 856 bytes, 228 of them the newest one's.
+    newest = jobs[0].id;
+    finish(store, newest, end_in(JobState::failed));
+    Retention retention;
+    retention.max_spec_bytes = 856;
+    store.expire(retention, jobs[0].created_at);
+    CHECK(store.spec(newest));
+    retention.max_spec_bytes = 855;
+    store.expire(retention, jobs[0].created_at);
+    CHECK_FALSE(store.spec(newest));
+  }
+  const SqliteStore store(in_directory(directory.path()));
+  CHECK(store.find(newest)->shape->width == 800);
+  CHECK(store.unfinished().size() == 2);
 }
 
 TEST_CASE("no byte of a damaged database can crash a start") {

@@ -215,66 +215,43 @@ TEST_CASE("ten thousand jobs are listed, counted and expired") {
   CHECK(store.unfinished().size() == 1000);
 }
 
-TEST_CASE("any order of calls leaves the durable store as the plain one") {
-  const TemporaryDirectory directory;
-  MemoryStore plain;
-  auto durable = std::make_unique<SqliteStore>(in_directory(directory.path()));
-  std::mt19937 random(11);
-  const auto below = [&](unsigned n) { return static_cast<int>(random() % n); };
-  int jobs = 0;
-  Retention retention;
-  retention.max_jobs = 15;
-  retention.max_image_bytes = 60;
-  for (int step = 0; step < 3000; ++step) {
-    const std::string id = std::to_string(10'000 + below(static_cast<unsigned>(jobs) + 1));
-    const std::string some = std::to_string(below(5));
-    switch (below(9)) {
-      case 0:
-      case 1: {
-        const std::string fresh = std::to_string(10'000 + jobs++);
-        const JobRecord job = job_like(fresh, below(2) == 0 ? "" : some, below(2) == 0 ? "" : "ann");
-        std::optional<IdempotencyKey> key;
-        if (below(2) == 0) key = IdempotencyKey{some, std::to_string(below(2)), job.owner};
-        const Created a = plain.create(job, "body " + fresh, key), b = durable->create(job, "body " + fresh, key);
-        REQUIRE(a.outcome == b.outcome);
-        REQUIRE(a.job.id == b.job.id);
-        REQUIRE(a.job.state == b.job.state);
-        break;
-      }
-      case 2:
-        REQUIRE(plain.start(id, noon) == durable->start(id, noon));
-        break;
-      case 3:
-        REQUIRE(plain.put_back(id, 5) == durable->put_back(id, 5));
-        break;
-      case 4:
-      case 5: {
-        const Ending ending = success("image " + some, noon + hours(below(30)));
-        REQUIRE(plain.finish(id, ending) == durable->finish(id, ending));
-        break;
-      }
-      case 6: {
-        const Ending ending = end_in(below(2) == 0 ? JobState::canceled : JobState::failed);
-        REQUIRE(plain.finish(id, ending) == durable->finish(id, ending));
-        break;
-      }
-      case 7:
-        if (below(4) == 0) REQUIRE(plain.remove(id) == durable->remove(id));
-        break;
-      default: {
-        const Time now = noon + hours(below(40));
-        plain.expire(retention, now);
-        durable->expire(retention, now);
-        if (below(20) == 0) {
-          for (const JobRecord& job : plain.unfinished()) {
-            plain.put_back(job.id, 7);
-            durable->put_back(job.id, 7);
-          }
-          durable.reset();
-          durable = std::make_unique<SqliteStore>(in_directory(directory.path()));
-        }
-      }
+namespace {
+
+/// Two stores that are told the same, of which one is closed and opened again now and then.
+struct Twins {
+  explicit Twins(const std::string& path) : directory(path), durable(open()) {
+    retention.max_jobs = 15;
+    retention.max_image_bytes = 60;
+  }
+  std::unique_ptr<SqliteStore> open() const { return std::make_unique<SqliteStore>(in_directory(directory)); }
+  int below(unsigned n) { return static_cast<int>(random() % n); }
+
+  void create() {
+    const std::string fresh = std::to_string(10'000 + jobs++), some = std::to_string(below(5));
+    const JobRecord job = job_like(fresh, below(2) == 0 ? "" : some, below(2) == 0 ? "" : "ann");
+    std::optional<IdempotencyKey> key;
+    if (below(2) == 0) key = IdempotencyKey{some, std::to_string(below(2)), job.owner};
+    const Created a = plain.create(job, "body " + fresh, key), b = durable->create(job, "body " + fresh, key);
+    REQUIRE(a.outcome == b.outcome);
+    REQUIRE(a.job.id == b.job.id);
+    REQUIRE(a.job.state == b.job.state);
+  }
+  void finish(const std::string& id, const Ending& ending) {
+    REQUIRE(plain.finish(id, ending) == durable->finish(id, ending));
+  }
+  void expire() {
+    const Time now = noon + hours(below(40));
+    plain.expire(retention, now);
+    durable->expire(retention, now);
+    if (below(20) != 0) return;
+    for (const JobRecord& job : plain.unfinished()) {
+      plain.put_back(job.id, 7);
+      durable->put_back(job.id, 7);
     }
+    durable.reset();
+    durable = open();
+  }
+  void compare() {
     const Page a = plain.list({}, 100, {}), b = durable->list({}, 100, {});
     REQUIRE(ids_of(a.jobs) == ids_of(b.jobs));
     REQUIRE(ids_of(plain.unfinished()) == ids_of(durable->unfinished()));
@@ -285,5 +262,49 @@ TEST_CASE("any order of calls leaves the durable store as the plain one") {
       REQUIRE(own->state == other->state);
       if (own->state == ImageState::present) REQUIRE(*own->image.bytes == *other->image.bytes);
     }
+  }
+
+  std::string directory;
+  MemoryStore plain;
+  std::unique_ptr<SqliteStore> durable;
+  std::mt19937 random{11};
+  int jobs = 0;
+  Retention retention;
+};
+
+}  // namespace
+
+TEST_CASE("any order of calls leaves the durable store as the plain one") {
+  const TemporaryDirectory directory;
+  Twins twins(directory.path());
+  for (int step = 0; step < 3000; ++step) {
+    const std::string id = std::to_string(10'000 + twins.below(static_cast<unsigned>(twins.jobs) + 1));
+    switch (twins.below(9)) {
+      case 0:
+      case 1:
+        twins.create();
+        break;
+      case 2:
+        REQUIRE(twins.plain.start(id, noon) == twins.durable->start(id, noon));
+        break;
+      case 3:
+        REQUIRE(twins.plain.put_back(id, 5) == twins.durable->put_back(id, 5));
+        break;
+      case 4:
+      case 5: {
+        const std::string some = std::to_string(twins.below(5));
+        twins.finish(id, success("image " + some, noon + hours(twins.below(30))));
+        break;
+      }
+      case 6:
+        twins.finish(id, end_in(twins.below(2) == 0 ? JobState::canceled : JobState::failed));
+        break;
+      case 7:
+        if (twins.below(4) == 0) REQUIRE(twins.plain.remove(id) == twins.durable->remove(id));
+        break;
+      default:
+        twins.expire();
+    }
+    twins.compare();
   }
 }

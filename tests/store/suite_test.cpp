@@ -17,6 +17,12 @@ TEST_CASE_TEMPLATE("a job is found as it was stored, with its body", Store, Memo
   CHECK(job->priority == 7);
   CHECK(job->progress_interval_s == 0.25);
   CHECK(job->created_at == noon);
+  CHECK(job->name == "a ball");
+  CHECK(job->shape->width == 640);
+  CHECK(job->shape->height == 480);
+  CHECK(job->shape->format == penumbra::scene::ImageFormat::exr);
+  CHECK_FALSE(job->size_bytes);
+  CHECK(job->is_awaited);
   CHECK_FALSE(job->started_at);
   CHECK(store.spec("a") == "the body");
   CHECK_FALSE(store.spec("b"));
@@ -45,7 +51,8 @@ TEST_CASE_TEMPLATE("a job goes from queued to running to its end, and no way bac
   CHECK(job->stats->rays.transmission == 4);
   CHECK(job->stats->skipped.at("shadows") == 5);
   CHECK(job->stats->estimated_error == 0.1);
-  CHECK_FALSE(store.spec("a"));
+  CHECK(job->size_bytes == 5);
+  CHECK(store.spec("a") == "body");
   const auto found = store.image("a");
   REQUIRE(found->state == ImageState::present);
   CHECK(*found->image.bytes == "bytes");
@@ -98,6 +105,42 @@ TEST_CASE_TEMPLATE("the key of a canceled job is free again", Store, MemoryStore
   CHECK(store.find_key(other_body)->job.id == "b");
 }
 
+TEST_CASE_TEMPLATE("a key can be freed while its job goes on", Store, MemoryStore, FreshSqliteStore) {
+  Store store;
+  const IdempotencyKey key{"key", "hash", ""};
+  store.create(job_of("a"), "body", key);
+  store.start("a", noon);
+  store.free_key("a");
+  CHECK_FALSE(store.find_key(key));
+  CHECK(store.create(job_of("b"), "body", key).outcome == Outcome::created);
+  store.free_key("a");  // has none any more
+  store.remove("a");
+  CHECK(store.find_key(key)->job.id == "b");
+}
+
+TEST_CASE_TEMPLATE("of jobs that are held nothing goes", Store, MemoryStore, FreshSqliteStore) {
+  Store store;
+  for (const char* id : {"a", "b", "c"}) {
+    store.create(job_of(id), "body", {});
+    finish(store, id, success(std::string(100, *id)));
+  }
+  Retention retention;
+  retention.max_image_bytes = retention.max_spec_bytes = 0;
+  retention.max_jobs = 1;
+  std::string held = "a";
+  retention.is_held = [&](const std::string& id) { return id == held; };
+  store.expire(retention, noon + hours(24 * 365));
+  CHECK(ids_of(store.list({}, 10, {}).jobs) == std::vector<std::string>{"a"});
+  CHECK(*store.image("a")->image.bytes == std::string(100, 'a'));
+  CHECK(store.spec("a"));
+  held = "";
+  store.expire(retention, noon);
+  CHECK(store.find("a"));
+  CHECK(store.image("a")->state == ImageState::expired);
+  store.expire(retention, noon + hours(24 * 365));
+  CHECK_FALSE(store.find("a"));
+}
+
 TEST_CASE_TEMPLATE("a removed job is gone with everything", Store, MemoryStore, FreshSqliteStore) {
   Store store;
   store.create(job_of("a"), "body", {});
@@ -107,6 +150,68 @@ TEST_CASE_TEMPLATE("a removed job is gone with everything", Store, MemoryStore, 
   CHECK_FALSE(store.find("a"));
   CHECK_FALSE(store.image("a"));
   CHECK_FALSE(store.finish("a", success("bytes")));
+  CHECK_FALSE(store.spec("a"));
+}
+
+TEST_CASE_TEMPLATE("bodies are kept with their jobs, as many bytes as there may be", Store, MemoryStore,
+                   FreshSqliteStore) {
+  Store store;
+  for (const char* id : {"a", "b", "c"}) store.create(job_of(id), std::string(100, *id), {});
+  Retention retention;
+  retention.max_spec_bytes = 250;
+  finish(store, "b", success("bytes", noon + seconds(1)));
+  store.expire(retention, noon);
+  CHECK_FALSE(store.spec("b"));
+  CHECK(store.image("b")->state == ImageState::present);
+  finish(store, "a", end_in(JobState::failed));
+  store.expire(retention, noon);
+  CHECK(store.spec("a") == std::string(100, 'a'));
+  retention.max_spec_bytes = 0;
+  store.expire(retention, noon);
+  CHECK_FALSE(store.spec("a"));
+  CHECK(store.spec("c") == std::string(100, 'c'));  // it is still needed
+  store.remove("c");
+  retention.max_spec_bytes = 100;
+  store.create(job_of("d"), std::string(100, 'd'), {});
+  finish(store, "d", success("bytes"));
+  store.expire(retention, noon);
+  CHECK(store.spec("d") == std::string(100, 'd'));
+}
+
+TEST_CASE_TEMPLATE("a thumbnail lives and counts with its image", Store, MemoryStore, FreshSqliteStore) {
+  Store store;
+  const std::string zeros = std::string("png\0\xff", 5);
+  store.create(job_like("a", "hash"), "body", {});
+  store.create(job_of("b"), "body", {});
+  CHECK(store.thumbnail("a")->state == ImageState::none);
+  CHECK_FALSE(store.thumbnail("x"));
+  Ending ending = success(std::string(95, 'x'));
+  ending.image->thumbnail = std::make_shared<const std::string>(zeros);
+  finish(store, "a", ending);
+  finish(store, "b", success("small"));
+  store.create(job_like("c", "hash"), "body", {});
+  for (const char* id : {"a", "c"}) {
+    const auto found = store.thumbnail(id);
+    CHECK(found->state == ImageState::present);
+    CHECK(*found->image.bytes == zeros);
+    CHECK(found->image.media_type == "image/png");
+    CHECK(found->image.sha256 == sha256_hex(zeros));
+  }
+  CHECK(store.thumbnail("b")->state == ImageState::present);
+  CHECK_FALSE(store.thumbnail("b")->image.bytes);
+
+  Retention retention;
+  retention.max_image_bytes = 105;
+  store.expire(retention, noon);
+  CHECK(store.image("a")->state == ImageState::present);
+  retention.max_image_bytes = 104;
+  store.expire(retention, noon);
+  for (const char* id : {"a", "b"}) CHECK(store.thumbnail(id)->state == ImageState::expired);
+  CHECK_FALSE(store.find("a")->size_bytes);
+  CHECK(*store.thumbnail("c")->image.bytes == zeros);
+  retention.max_image_bytes = 0;
+  store.expire(retention, noon);
+  CHECK(store.thumbnail("c")->state == ImageState::expired);
 }
 
 TEST_CASE_TEMPLATE("lists are newest first, by state, page after page", Store, MemoryStore, FreshSqliteStore) {
@@ -218,7 +323,9 @@ TEST_CASE_TEMPLATE("the image of an equal job is found again, as long as it is k
   CHECK(found->percent == 100);
   CHECK(found->finished_at == noon + seconds(2));  // not before the one that ended last, whatever the clock says
   CHECK(found->stats->render_s == 1.5);
-  CHECK_FALSE(store.spec("c"));
+  CHECK(found->size_bytes == 5);
+  CHECK(again.job.size_bytes == 5);
+  CHECK(store.spec("c") == "body");
   CHECK(*store.image("c")->image.bytes == "bytes");
   CHECK(ids_of(store.unfinished()) == std::vector<std::string>{"b"});
   CHECK(store.find_key({"key", "sum", ""})->job.id == "c");

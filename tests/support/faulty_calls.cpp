@@ -3,6 +3,7 @@
 #include "tests/support/faulty_calls.h"
 
 #include <dlfcn.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -99,6 +100,16 @@ int fdatasync(int file) {
 int rename(const char* from, const char* to) noexcept {
   static const auto real = next<int(const char*, const char*)>("rename");
   return is_to_fail(Fault::rename) ? -1 : real(from, to);
+}
+
+int accept(int socket, sockaddr* address, socklen_t* size) {
+  static const auto real = next<decltype(accept)>("accept");
+  return is_to_fail(Fault::accept) ? -1 : real(socket, address, size);
+}
+
+int accept4(int socket, sockaddr* address, socklen_t* size, int flags) {
+  static const auto real = next<decltype(accept4)>("accept4");
+  return is_to_fail(Fault::accept) ? -1 : real(socket, address, size, flags);
 }
 
 void* malloc(std::size_t size) noexcept { return is_to_fail(Fault::allocation) ? nullptr : __libc_malloc(size); }

@@ -2,8 +2,9 @@
 
 namespace penumbra::test {
 
-/// The calls that can be made to fail: those of write and pwrite, of fsync and fdatasync, of rename, of the allocator.
-enum class Fault { write, sync, rename, allocation };
+/// The calls that can be made to fail: those of write and pwrite, of fsync and fdatasync, of rename, of the allocator,
+/// of accept and accept4.
+enum class Fault { write, sync, rename, allocation, accept };
 
 }  // namespace penumbra::test
 

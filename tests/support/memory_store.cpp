@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/store/sha256.h"
+
 namespace penumbra::test {
 
 namespace {
 
 std::size_t size_of(const Image& image) {
-  return (image.bytes ? image.bytes->size() : 0) + (image.png_preview ? image.png_preview->size() : 0);
+  std::size_t size = 0;
+  for (const auto& bytes : {image.bytes, image.png_preview, image.thumbnail}) size += bytes ? bytes->size() : 0;
+  return size;
 }
 
 }  // namespace
@@ -30,6 +34,7 @@ Created MemoryStore::create(const JobRecord& job, std::string spec, const std::o
     name = {key->owner, key->key};
     keys_[name] = {key->body_sha256, job.id};
   }
+  spec_bytes_ += spec.size();
   Entry entry{job, std::move(spec), name, {}};
   for (const auto& [id, other] : entries_) {
     if (job.spec_hash.empty() || other.job.spec_hash != job.spec_hash) continue;
@@ -49,6 +54,11 @@ Created MemoryStore::create(const JobRecord& job, std::string spec, const std::o
 std::optional<Created> MemoryStore::find_key(const IdempotencyKey& key) const {
   const std::lock_guard lock(mutex_);
   return use_of(key);
+}
+
+void MemoryStore::free_key(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(keys_, [&](const auto& use) { return use.second.id == id; });
 }
 
 bool MemoryStore::start(const std::string& id, Time started_at) {
@@ -80,7 +90,6 @@ bool MemoryStore::finish(const std::string& id, Ending ending) {
   entry.job.finished_at = not_before_others(ending.finished_at);
   entry.job.error = std::move(ending.error);
   entry.job.stats = std::move(ending.stats);
-  entry.spec = std::string();
   if (ending.image) keep_image(entry, std::move(*ending.image));
   ++finished_jobs_;
   return true;
@@ -94,7 +103,14 @@ Time MemoryStore::not_before_others(Time end) const {
 void MemoryStore::keep_image(Entry& entry, Image image) {
   KeptImage& kept = images_[image.sha256];
   if (kept.jobs++ == 0) image_bytes_ += kept.bytes = size_of(image);
+  entry.job.size_bytes = image.bytes->size();
   entry.found = {ImageState::present, std::move(image)};
+}
+
+void MemoryStore::drop_spec(Entry& entry) {
+  if (!entry.spec) return;
+  spec_bytes_ -= entry.spec->size();
+  entry.spec.reset();
 }
 
 void MemoryStore::drop_image(Entry& entry) {
@@ -105,10 +121,12 @@ void MemoryStore::drop_image(Entry& entry) {
     images_.erase(kept);
   }
   entry.found = {ImageState::expired, {}};
+  entry.job.size_bytes.reset();
 }
 
 void MemoryStore::erase(Entries::iterator entry) {
   drop_image(entry->second);
+  drop_spec(entry->second);
   if (api::is_final(entry->second.job.state)) --finished_jobs_;
   const auto use = keys_.find(entry->second.key);
   // A key that was free again may by now belong to a later job.
@@ -134,7 +152,7 @@ std::optional<JobRecord> MemoryStore::find(const std::string& id) const {
 std::optional<std::string> MemoryStore::spec(const std::string& id) const {
   const std::lock_guard lock(mutex_);
   const auto entry = entries_.find(id);
-  if (entry == entries_.end() || api::is_final(entry->second.job.state)) return std::nullopt;
+  if (entry == entries_.end()) return std::nullopt;
   return entry->second.spec;
 }
 
@@ -143,6 +161,14 @@ std::optional<FoundImage> MemoryStore::image(const std::string& id) const {
   const auto entry = entries_.find(id);
   if (entry == entries_.end()) return std::nullopt;
   return entry->second.found;
+}
+
+std::optional<FoundImage> MemoryStore::thumbnail(const std::string& id) const {
+  std::optional<FoundImage> found = image(id);
+  if (!found) return std::nullopt;
+  found->image = {found->image.thumbnail, "image/png", "", nullptr, nullptr};
+  if (found->image.bytes) found->image.sha256 = sha256_hex(*found->image.bytes);
+  return found;
 }
 
 Page MemoryStore::list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const {
@@ -182,7 +208,7 @@ void MemoryStore::expire(const Retention& retention, Time now) {
   const std::lock_guard lock(mutex_);
   std::vector<std::pair<Time, std::string>> ended;
   for (const auto& [id, entry] : entries_) {
-    if (entry.job.finished_at) ended.emplace_back(*entry.job.finished_at, id);
+    if (entry.job.finished_at && !retention.is_held(id)) ended.emplace_back(*entry.job.finished_at, id);
   }
   std::ranges::sort(ended);
   for (const auto& [end, id] : ended) {
@@ -190,6 +216,9 @@ void MemoryStore::expire(const Retention& retention, Time now) {
   }
   for (const auto& [end, id] : ended) {
     if (image_bytes_ > retention.max_image_bytes) drop_image(entries_.at(id));
+  }
+  for (const auto& [end, id] : ended) {
+    if (spec_bytes_ > retention.max_spec_bytes) drop_spec(entries_.at(id));
   }
   for (const auto& [end, id] : ended) {
     if (now - end > retention.job_age) erase(entries_.find(id));

@@ -19,6 +19,7 @@ class MemoryStore : public JobStore {
  public:
   Created create(const JobRecord& job, std::string spec, const std::optional<IdempotencyKey>& key) override;
   std::optional<Created> find_key(const IdempotencyKey& key) const override;
+  void free_key(const std::string& id) override;
   bool start(const std::string& id, Time started_at) override;
   bool put_back(const std::string& id, double percent) override;
   bool finish(const std::string& id, Ending ending) override;
@@ -26,6 +27,7 @@ class MemoryStore : public JobStore {
   std::optional<JobRecord> find(const std::string& id) const override;
   std::optional<std::string> spec(const std::string& id) const override;
   std::optional<FoundImage> image(const std::string& id) const override;
+  std::optional<FoundImage> thumbnail(const std::string& id) const override;
   Page list(const Filter& filter, std::size_t limit, const std::optional<std::string>& page_token) const override;
   std::vector<JobRecord> unfinished() const override;
   std::string newest_id() const override;
@@ -35,7 +37,7 @@ class MemoryStore : public JobStore {
   using KeyName = std::pair<std::string, std::string>;  // owner, key
   struct Entry {
     JobRecord job;
-    std::string spec;
+    std::optional<std::string> spec;
     KeyName key;
     FoundImage found;
   };
@@ -52,6 +54,7 @@ class MemoryStore : public JobStore {
   Time not_before_others(Time end) const;
   void keep_image(Entry& entry, Image image);
   void drop_image(Entry& entry);
+  void drop_spec(Entry& entry);
   void erase(Entries::iterator entry);
 
   mutable std::mutex mutex_;
@@ -59,7 +62,7 @@ class MemoryStore : public JobStore {
   Entries entries_;
   std::map<KeyName, KeyUse> keys_;
   std::map<std::string, KeptImage> images_;  // by hash
-  std::size_t image_bytes_ = 0;
+  std::size_t image_bytes_ = 0, spec_bytes_ = 0;
   std::size_t finished_jobs_ = 0;
 };
 

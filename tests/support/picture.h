@@ -10,7 +10,7 @@
 namespace penumbra::test {
 
 inline render::Picture render(const api::JobRequest& job, const render::Switches& switches = {}) {
-  render::Pool pool(2);
+  system::Pool pool(2);
   render::Control control;
   auto picture = render::render(job.scene, job.options, pool, control, switches);
   REQUIRE(picture);

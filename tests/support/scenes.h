@@ -21,6 +21,11 @@ inline api::JobRequest example(const std::string& name) {
   return api::parse_job(read_file(std::string(PENUMBRA_SOURCE_DIR) + "/clients/scenes/" + name + ".json"));
 }
 
+/// The scene NAME as the ray tracer that Penumbra replaces had it: one ray a pixel, written as linear.
+inline api::JobRequest predecessor(const std::string& name) {
+  return api::parse_job(read_file(std::string(PENUMBRA_SOURCE_DIR) + "/tests/support/predecessor/" + name + ".json"));
+}
+
 /// Every kind of shape, light and material in one small picture, without infinite shapes unless asked for.
 inline api::JobRequest zoo() {
   return api::parse_job(R"({"scene": {

@@ -9,7 +9,7 @@
 
 #include "engine/math/elementary.h"
 #include "engine/output/encode.h"
-#include "engine/render/cores.h"
+#include "engine/system/cores.h"
 #include "tests/support/picture.h"
 #include "tests/support/scenes.h"
 
@@ -18,7 +18,7 @@ using namespace penumbra;
 namespace {
 
 render::Picture rendered(const api::JobRequest& job, int threads = 2, const render::Switches& switches = {}) {
-  render::Pool pool(threads);
+  system::Pool pool(threads);
   render::Control control;
   auto picture = render::render(job.scene, job.options, pool, control, switches);
   REQUIRE(picture);
@@ -55,11 +55,11 @@ TEST_CASE("a thread count means what the contract says") {
   CHECK(render::thread_limit(scene::all_threads, 8) == 8);
   CHECK(render::thread_limit(3, 8) == 3);
   CHECK(render::thread_limit(30, 8) == 8);
-  CHECK(render::thread_limit(scene::cores_less_two, 8) == std::clamp(render::available_cores() - 2, 1, 8));
+  CHECK(render::thread_limit(scene::cores_less_two, 8) == std::clamp(system::available_cores() - 2, 1, 8));
 }
 
 TEST_CASE("every acceleration gives the same image") {
-  for (api::JobRequest job : {test::zoo(), test::example("room-groups"), test::example("teapot")}) {
+  for (api::JobRequest job : {test::zoo(), test::predecessor("room-groups"), test::predecessor("teapot")}) {
     job.options.width = job.options.height = 96;
     job.options.acceleration = scene::Acceleration::bvh;
     const render::Film best = *rendered(job).film;
@@ -107,7 +107,7 @@ TEST_CASE(
 }
 
 TEST_CASE("what only saves time changes no picture beyond its sampling error") {
-  api::JobRequest job = test::example("room-flat");
+  api::JobRequest job = test::predecessor("room-flat");
   job.options.width = job.options.height = 120;
   job.options.shadow_samples = 256;
   const render::Picture fast = rendered(job);
@@ -132,7 +132,7 @@ TEST_CASE("seeds change the noise, not the picture") {
 TEST_CASE("progress never falls, previews fill up, and a watcher may look at any time") {
   api::JobRequest job = test::zoo();
   job.options.shadow_samples = 64;
-  render::Pool pool(2);
+  system::Pool pool(2);
   render::Control control;
   std::atomic<bool> is_over = false;
   int previews = 0;
@@ -158,7 +158,7 @@ TEST_CASE("a cancel stops the render within a tile row, wherever it is") {
   api::JobRequest job = test::zoo();
   job.options.width = job.options.height = 2000;
   job.options.samples_per_pixel = 64;
-  render::Pool pool(2);
+  system::Pool pool(2);
   render::Control control;
   std::jthread canceler([&] {
     while (control.percent() == 0 && control.preview().width == 0) std::this_thread::yield();
@@ -174,7 +174,7 @@ TEST_CASE("mirrors that reflect each other for ever can be canceled inside a pix
     "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 2, "material": {"reflection": 1, "transmission": 1}},
                 {"type": "sphere", "center": [0, 0, 0], "radius": 4, "material": {"reflection": 1, "transmission": 1}}]},
     "options": {"width": 1, "height": 1, "max_depth": 32, "min_contribution": 0}})");
-  render::Pool pool(1);
+  system::Pool pool(1);
   render::Control control;
   std::jthread canceler([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -199,7 +199,7 @@ TEST_CASE("thousands of soft lights behind glass can be canceled inside a pixel"
     "objects": [)" +
       glass + R"({"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}]},
     "options": {"width": 1, "height": 1, "shadow_samples": 4096, "acceleration": "none"}})");
-  render::Pool pool(1);
+  system::Pool pool(1);
   render::Control control;
   std::chrono::steady_clock::time_point canceled_at;
   std::jthread canceler([&] {
@@ -219,7 +219,7 @@ TEST_CASE("thousands of soft lights behind glass can be canceled inside a pixel"
 TEST_CASE("renders share a pool, and each gives its own picture") {
   const api::JobRequest job = test::zoo();
   const render::Film alone = *rendered(job).film;
-  render::Pool pool(2);
+  system::Pool pool(2);
   std::vector<std::jthread> users;
   for (int i = 0; i < 4; ++i) {
     users.emplace_back([&] {
@@ -231,7 +231,7 @@ TEST_CASE("renders share a pool, and each gives its own picture") {
 }
 
 TEST_CASE("a pool runs every task once, on no more threads than allowed") {
-  render::Pool pool(3);
+  system::Pool pool(3);
   std::atomic<int> now = 0, most = 0;
   std::vector<std::atomic<int>> runs(200);
   pool.run(200, 2, [&](std::int64_t i) {
@@ -247,7 +247,7 @@ TEST_CASE("a pool runs every task once, on no more threads than allowed") {
 }
 
 TEST_CASE("a time budget that is over at once still gives a whole picture, a coarse one") {
-  api::JobRequest job = test::example("room-flat");
+  api::JobRequest job = test::predecessor("room-flat");
   job.options.width = job.options.height = 200;
   const render::Picture exact = rendered(job);
   // Sample counts that would take hours, were the budget not kept.
@@ -262,7 +262,7 @@ TEST_CASE("a time budget that is over at once still gives a whole picture, a coa
 }
 
 TEST_CASE("a time budget that suffices changes nothing") {
-  api::JobRequest job = test::example("room-flat");
+  api::JobRequest job = test::predecessor("room-flat");
   job.options.width = job.options.height = 60;
   job.options.samples_per_pixel = 4;
   const render::Picture free = rendered(job);
@@ -271,7 +271,7 @@ TEST_CASE("a time budget that suffices changes nothing") {
 }
 
 TEST_CASE("a target error saves work where the picture is smooth") {
-  api::JobRequest job = test::example("room-flat");
+  api::JobRequest job = test::predecessor("room-flat");
   job.options.width = job.options.height = 120;
   job.options.samples_per_pixel = 64;
   const render::Picture full = rendered(job);
@@ -279,4 +279,29 @@ TEST_CASE("a target error saves work where the picture is smooth") {
   const render::Picture adaptive = rendered(job);
   CHECK(adaptive.stats.rays.camera < full.stats.rays.camera / 2);
   CHECK(rmse(*adaptive.film, *full.film) < 0.02);
+}
+
+TEST_CASE("exposure multiplies the picture and its errors, also the one asked for") {
+  api::JobRequest job = test::zoo();
+  job.options.width = job.options.height = 40;
+  for (const std::optional<double> target : {std::optional<double>(), std::optional<double>(0.01)}) {
+    job.options.exposure = 0;
+    job.options.target_error = target;
+    const render::Picture plain = rendered(job);
+    REQUIRE(plain.stats.estimated_error > 0);
+    for (const double stops : {3.0, -2.0, 0.5}) {
+      const double gain = std::exp2(stops);
+      job.options.exposure = stops;
+      if (target) job.options.target_error = *target * gain;
+      const render::Picture exposed = rendered(job);
+      CHECK(exposed.stats.estimated_error == doctest::Approx(gain * plain.stats.estimated_error));
+      CHECK(exposed.stats.rays.camera == plain.stats.rays.camera);
+      std::size_t wrong = 0;
+      for (std::size_t i = 0; i < plain.film->rgb.size(); ++i) {
+        const double expected = gain * plain.film->rgb[i], found = exposed.film->rgb[i];
+        wrong += std::fabs(found - expected) <= 1e-6 * std::fabs(expected) ? 0 : 1;
+      }
+      CHECK(wrong == 0);
+    }
+  }
 }

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from suite.common import BIN, ROOT, print_table
 
-SCENES = ROOT / "clients/scenes"
+SCENES = ROOT / "tests/support/predecessor"
 RUNS = 5
 
 

@@ -119,7 +119,7 @@ def streams(rows, count=512):
         selector = selectors.DefaultSelector()
         for _ in range(count):
             client = socket.create_connection((host, int(port)))
-            client.sendall(f"GET /v1/jobs/{job}/events HTTP/1.1\r\nHost: a\r\n\r\n".encode())
+            client.sendall(f"GET /v1/jobs/{job}/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
             selector.register(client, selectors.EVENT_READ, [b""])
         opened = set()
         ended = {}
@@ -204,7 +204,7 @@ def terms(rows):
         host, port = server.address.split(":")
         for _ in range(8):
             client = socket.create_connection((host, int(port)))
-            client.sendall(f"GET /v1/jobs/{jobs[0]}/events HTTP/1.1\r\nHost: a\r\n\r\n".encode())
+            client.sendall(f"GET /v1/jobs/{jobs[0]}/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
             clients.append(client)
         server.wait(jobs[0], "running")
         start = time.monotonic()
@@ -245,7 +245,7 @@ def soak(seconds=600):
                 if status == 202:
                     job = json.loads(answer)["id"]
                     with socket.create_connection(server.address.split(":")) as stream:
-                        stream.sendall(f"GET /v1/jobs/{job}/events HTTP/1.1\r\nHost: a\r\n\r\n".encode())
+                        stream.sendall(f"GET /v1/jobs/{job}/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
                         stream.recv(4096)
                         server.call("GET", f"/v1/jobs/{job}/preview")
                         server.call("DELETE", f"/v1/jobs/{job}")

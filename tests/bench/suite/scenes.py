@@ -1,5 +1,5 @@
 """The scenes of the benchmark as POST bodies. Shapes are matte, so that every peer can express them; room-flat and the
-teapot come from clients/scenes/. sphereflake, tetra, mount and rings follow the descriptions of Eric Haines, "A Proposal
+teapot come from tests/support/predecessor/. sphereflake, tetra, mount and rings follow the descriptions of Eric Haines, "A Proposal
 for Standard Graphics Environments", IEEE CG&A 7(11), 1987."""
 import itertools
 import json
@@ -51,7 +51,7 @@ def floor(height, half, material, up_axis=1):
 
 
 def on_disk(name, radius=None):
-    job = json.loads((ROOT / f"clients/scenes/{name}.json").read_text())
+    job = json.loads((ROOT / f"tests/support/predecessor/{name}.json").read_text())
     job["options"] = {"width": EDGE, "height": EDGE, "transfer": "linear"}
     for each in job["scene"]["lights"]:
         if radius is not None:

@@ -10,7 +10,7 @@ from suite import scenes
 from suite.common import BIN, print_table, save
 
 RUNS = 5
-# The part, what it counts, and scenes (of the benchmark, or of clients/scenes) that have something to skip.
+# The part, what it counts, and scenes (of the benchmark, the predecessor, or clients/scenes) that have something to skip.
 SKIPS = [
     ("shadow-candidates", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake"]),
     ("shadow-outlines", "shadow_rays_covered", ["room-flat", "bunny-1", "sphereflake"]),
@@ -34,7 +34,10 @@ def render(job, image, without=()):
 
 
 def job_file(scene, folder):
-    return scenes.write(scene, folder) if scene in scenes.SCENES else scenes.ROOT / f"clients/scenes/{scene}.json"
+    if scene in scenes.SCENES:
+        return scenes.write(scene, folder)
+    old = scenes.ROOT / f"tests/support/predecessor/{scene}.json"
+    return old if old.is_file() else scenes.ROOT / f"clients/scenes/{scene}.json"
 
 
 def rms_difference(a, b):

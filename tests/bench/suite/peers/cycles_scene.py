@@ -137,7 +137,7 @@ def settings(job):
     cycles.use_auto_tile = False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
     cycles.light_sampling_threshold = 0
-    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # rays through the pixels' centres
+    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # rays through the pixels' centers
     scene.view_settings.view_transform = "Raw"
     scene.render.image_settings.file_format = "OPEN_EXR"
     scene.render.image_settings.color_depth = "32"

@@ -1,0 +1,79 @@
+#pragma once
+#include <optional>
+#include <span>
+
+#include "engine/render/camera.h"
+#include "engine/shading/integrator.h"
+
+namespace penumbra::render {
+
+/// What is found for a pixel.
+struct Pixel {
+  math::Color color;
+  double squared_error = 0;  // estimated, summed over the channels; 0 where clamping hides it
+};
+
+/// The variance of a pixel's color as its squared error, which is measured clamped to display range: a channel surely
+/// above 1 has none.
+double squared_error(const math::Color& value, const math::Color& variance);
+
+/// The camera rays of pixels, and what they see. Immutable; may be shared between threads.
+class PixelRays {
+ public:
+  PixelRays(const shading::Scene& scene, const Camera& camera, std::uint64_t seed)
+      : scene_(scene), camera_(camera), seed_(seed) {}
+
+  bool has_lens() const { return camera_.has_lens(); }
+  /// How the variance of the mean of several samples falls with their number.
+  sampling::Halves::Order order() const {
+    return has_lens() ? sampling::Halves::points_through_lens : sampling::Halves::points;
+  }
+  sampling::Key key(int column, int row) const {
+    return sampling::Key(seed_).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
+  }
+
+  /// The one ray through a pixel's center – and through any point of the lens – and what it meets.
+  struct Center {
+    int column = 0, row = 0;
+    geometry::Ray ray;
+    std::optional<accel::Hit> hit;
+  };
+  Center center(int column, int row) const;
+  /// Of pixels side by side, from `column` on, in bundles.
+  void centers(int column, int row, std::span<Center> centers, shading::Integrator& integrator) const;
+  shading::Integrator::Sample trace(const Center& center, const shading::DiscSampling& sampling,
+                                    shading::Integrator& integrator) const;
+  /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is
+  /// added by a few of them for all.
+  double squared_error_of_lens(const Center& center, const math::Color& color, const shading::DiscSampling& sampling,
+                               shading::Integrator& integrator) const;
+
+  /// The samples of a pixel that has several.
+  class Several {
+   public:
+    Several(const PixelRays& rays, int column, int row);
+    shading::Integrator::Sample trace(std::uint32_t index, const shading::DiscSampling& sampling,
+                                      shading::Integrator& integrator) const;
+    /// Beside the pixel: at `place` in units of its square.
+    shading::Integrator::Sample trace_at(const sampling::Point2& place, std::uint32_t index,
+                                         const shading::DiscSampling& sampling, shading::Integrator& integrator) const;
+
+   private:
+    shading::Integrator::Sample through(const sampling::Point2& place, const sampling::Point2& lens,
+                                        std::uint32_t index, const shading::DiscSampling& sampling,
+                                        shading::Integrator& integrator) const;
+    const PixelRays* rays_;
+    int column_, row_;
+    sampling::Key key_;
+    sampling::CameraPattern pattern_;
+  };
+
+ private:
+  geometry::Ray center_ray(int column, int row, const sampling::Key& lens_key) const;
+
+  const shading::Scene& scene_;
+  const Camera& camera_;
+  std::uint64_t seed_;
+};
+
+}  // namespace penumbra::render

@@ -1,0 +1,23 @@
+#include "engine/shading/lights/light.h"
+
+namespace penumbra::shading {
+
+bool Lighting::skip_if(bool adds_nothing, Count Counters::*counter) const {
+  if (!adds_nothing || !switches.lights_without_share) return false;
+  ++(counters.*counter);
+  return true;
+}
+
+void Lighting::skip_samples(Count Counters::*counter) const {
+  counters.*counter += static_cast<Count>(sampling.spiral.count());
+}
+
+Color Lighting::visible(const Color& share, const Visibility& visibility) const {
+  if (visibility.is_certain) return filtered(share, visibility.mean);
+  const Color scale = filtered(filtered(share, weight), filtered(share, weight));
+  variance.measured += filtered(scale, visibility.variance.measured);
+  variance.modelled += filtered(scale, visibility.variance.modelled);
+  return filtered(share, visibility.mean);
+}
+
+}  // namespace penumbra::shading

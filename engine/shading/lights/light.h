@@ -1,0 +1,60 @@
+#pragma once
+#include <functional>
+
+#include "engine/math/color.h"
+#include "engine/sampling/hash.h"
+#include "engine/shading/counters.h"
+#include "engine/shading/scene.h"
+#include "engine/shading/shading_point.h"
+#include "engine/shading/shadows/shadows.h"
+#include "engine/shading/switches.h"
+#include "engine/shading/visibility.h"
+
+/// The lights, one file a kind. To add one: a struct in shading/scene.h and a line in its variant, a lit_by here, a
+/// file beside this one; the compiler names the rest.
+namespace penumbra::shading {
+
+/// What all lights at a point of a path share.
+struct Lighting {
+  const Scene& scene;
+  const Switches& switches;
+  const DiscSampling& sampling;  // of every soft light
+  const std::function<bool()>& is_canceled;
+  Counters& counters;
+  shadows::Shadows& shadows;
+  const ShadingPoint& at;
+  const Color& weight;  // what share of the point's light arrives at the camera
+  Variance& variance;   // of what arrives there, added up
+
+  /// Counts a light that adds nothing, unless such work is to be done; true if no more is to be done about it.
+  bool skip_if(bool adds_nothing, Count Counters::*counter) const;
+  /// Counts the samples that were not needed.
+  void skip_samples(Count Counters::*counter) const;
+  /// `share` × the light through a visibility; accounts for its variance.
+  Color visible(const Color& share, const Visibility& visibility) const;
+};
+
+/// A light of the scene: its index, and the place of its samples.
+struct LightPlace {
+  std::size_t index;
+  sampling::Place samples;
+};
+
+/// What the point sends to the viewer of the light.
+Color lit_by(const DiscLight& light, const Lighting& lighting, const LightPlace& place);
+Color lit_by(const DistantLight& light, const Lighting& lighting, const LightPlace& place);
+Color lit_by(const RectangleLight& light, const Lighting& lighting, const LightPlace& place);
+Color lit_by(const SphereLight& light, const Lighting& lighting, const LightPlace& place);
+
+/// Light arriving from direction l reaches the viewer only when both are on one side of the surface.
+inline bool is_on_viewers_side(const ShadingPoint& at, const Vec3& towards_light) {
+  return math::dot(at.facing, towards_light) > 0;
+}
+
+/// The product, where 0 × anything is 0 – an overflowing light on a black surface stays black.
+inline Color filtered(const Color& a, const Color& b) {
+  const auto product = [](double x, double y) { return x == 0 || y == 0 ? 0 : x * y; };
+  return {product(a.r, b.r), product(a.g, b.g), product(a.b, b.b)};
+}
+
+}  // namespace penumbra::shading

@@ -1,0 +1,91 @@
+// Servers that go and come back, and streams that are refused.
+import assert from 'node:assert/strict';
+import {chooseQuick, chooseSlow, jobOf, renderQuick, start, state, temporary, testPage, textOf, type, until, visit} from './harness.js';
+
+/// The server that comes back is another process with the same store at the same address.
+async function withRestarts(page, run) {
+  const store = temporary();
+  let server = await start(['--store', store]);
+  const {host} = new URL(server.url);
+  await visit(page, server.url);
+  try {
+    await run(() => server.stop(), async () => { server = await start(['--store', store], host); });
+  } finally {
+    await server.stop();
+  }
+}
+
+testPage('a job whose server goes and comes back is followed to its end', page => withRestarts(page, async (stop, begin) => {
+  await chooseSlow(page);
+  await page.click('#render');
+  await state(page, 'Rendering');
+  await stop();
+  await state(page, 'The server does not answer');
+  await begin();
+  await state(page, 'Rendering');
+  await page.click('#cancel');
+  await state(page, 'Canceled');
+}), {url: null});
+
+testPage('a job that is sent while the server is away is sent once it is back, and once only', page => withRestarts(page, async (stop, begin) => {
+  await chooseQuick(page);
+  await stop();
+  await page.click('#render');
+  await state(page, 'The server does not answer');
+  assert.ok(await page.isEnabled('#cancel'));
+  await begin();
+  await state(page, 'Done');
+  await until(page, () => document.querySelectorAll('#job-list li').length === 1);
+}), {url: null});
+
+testPage('whoever does not want to wait for the server need not', page => withRestarts(page, async (stop, begin) => {
+  await chooseQuick(page);
+  await stop();
+  await page.click('#render');
+  await state(page, 'The server does not answer');
+  await page.click('#cancel');
+  await state(page, 'Not sent');
+  await type(page, ' ');
+  assert.ok(await page.isEnabled('#render'));
+  await begin();
+  await page.click('#render');
+  await state(page, 'Done');
+}), {url: null});
+
+const withoutRoom = {status: 200, contentType: 'text/event-stream', body: 'retry: 200\n\n'};
+for (const [what, answer] of [['is refused', {status: 503}], ['ends at once, as there is no room for it,', withoutRoom]]) {
+  testPage(`a stream that ${what} is asked for again`, async page => {
+    await chooseSlow(page);
+    let asked = 0;
+    await page.route('**/events', route => asked++ ? route.continue() : route.fulfill(answer));
+    await page.click('#render');
+    while (asked < 2) await page.waitForTimeout(50);
+    await page.click('#cancel');
+    await state(page, 'Canceled');
+  });
+}
+
+testPage('the end of a job is seen though its stream is refused for ever', async page => {
+  await chooseQuick(page);
+  await page.route('**/events', route => route.fulfill({status: 429}));
+  await page.click('#render');
+  await state(page, 'Done');
+});
+
+testPage('a job the server has forgotten leaves the page usable', async page => {
+  await chooseQuick(page);
+  await page.route('**/events', route => route.fulfill({status: 404}));
+  await page.click('#render');
+  await state(page, 'The server no longer knows this job');
+  await page.unrouteAll();
+  await renderQuick(page, {width: 66, height: 48});
+});
+
+testPage('an end that may not be asked for yet is asked for again', async page => {
+  await chooseQuick(page);
+  let refused = 0;
+  await page.route('**/v1/jobs/*', route => refused++ === 0 ? route.fulfill({status: 429, headers: {'Retry-After': '1'}}) : route.continue());
+  await page.click('#render');
+  await state(page, 'Done');
+  assert.ok(refused > 1);
+});
