@@ -1,20 +1,30 @@
 // The text of the scene and the options. Only the lines that are seen are laid out, so that big scenes are typed in as fast
 // as small ones.
-import {EditorState, EditorView, HighlightStyle, Prec, Transaction, bracketMatching, defaultKeymap, forEachDiagnostic, history,
-        historyKeymap, isolateHistory, json, keymap, lineNumbers, search, searchKeymap, setDiagnostics, syntaxHighlighting,
-        tags} from './libraries.js';
+import {Decoration, EditorState, EditorView, MatchDecorator, Prec, Transaction, ViewPlugin, bracketMatching, defaultKeymap,
+        forEachDiagnostic, history, historyKeymap, isolateHistory, keymap, lineNumbers, search, searchKeymap,
+        setDiagnostics} from './libraries.js';
 
-const colors = HighlightStyle.define([
-  {tag: tags.propertyName, color: 'var(--accent)'},
-  {tag: tags.string, color: 'var(--string)'},
-  {tag: [tags.number, tags.bool, tags.null], color: 'var(--number)'},
-]);
+// JSON's tokens end where their line ends, so that each line is colored by itself: a parser would read all of a big scene.
+const [name, string, other] = ['name', 'string', 'other'].map(kind => Decoration.mark({class: `json-${kind}`}));
+const tokens = new MatchDecorator({
+  regexp: /"(?:[^"\\]|\\.)*"(\s*:)?|-?\d[\d.eE+-]*|\b(?:true|false|null)\b/g,
+  decoration: ([text, colon]) => text[0] !== '"' ? other : colon ? name : string,
+});
+const colors = ViewPlugin.define(view => ({
+  decorations: tokens.createDeco(view),
+  update(update) { this.decorations = tokens.updateDeco(update, this.decorations); },
+}), {decorations: plugin => plugin.decorations});
 
 const theme = EditorView.theme({
   '&': {height: '100%', color: 'var(--ink)', backgroundColor: 'var(--page)', fontSize: '.82rem'},
   '&.cm-focused': {outline: '2px solid var(--accent)', outlineOffset: '-2px'},
   '.cm-scroller': {fontFamily: 'ui-monospace, monospace', lineHeight: 1.45, overflow: 'auto'},
   '.cm-content': {caretColor: 'var(--ink)'},
+  // As wide as its own text: else a key in the longest line widens all others, which are laid out and painted again.
+  '.cm-line': {width: 'max-content'},
+  '.json-name': {color: 'var(--accent)'},
+  '.json-string': {color: 'var(--string)'},
+  '.json-other': {color: 'var(--number)'},
   '.cm-gutters': {color: 'var(--quiet)', backgroundColor: 'var(--panel)', borderRight: '1px solid var(--line)'},
   '.cm-content ::selection, .cm-line::selection': {backgroundColor: 'var(--chosen)'},
   '&.cm-focused .cm-matchingBracket': {backgroundColor: 'var(--chosen)'},
@@ -38,7 +48,7 @@ export function createEditor(host, {onChange, onSubmit}) {
     state: EditorState.create({extensions: [
       Prec.highest(keymap.of([{key: 'Mod-Enter', run: submit}])),
       keymap.of([...defaultKeymap, ...historyKeymap, ...searchKeymap]),
-      history(), lineNumbers(), bracketMatching(), search({top: true}), json(), syntaxHighlighting(colors), theme,
+      history(), lineNumbers(), bracketMatching(), search({top: true}), colors, theme,
       EditorView.contentAttributes.of({'aria-label': host.ariaLabel}),
       EditorView.updateListener.of(update => update.docChanged && onChange()),
     ]}),

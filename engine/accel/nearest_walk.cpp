@@ -187,11 +187,12 @@ HWY_INLINE void walk_bundle_in_order(const WideTree& tree, const std::array<Floa
 }
 
 void find_nearest_of_bundle(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
-                            std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest) {
+                            const Bundle& together, Nearest* nearest) {
+  const auto& rays = together.rays;
   const std::size_t count = rays.size();
   const auto float_rays = for_each_lane(count, [&](std::size_t i) { return FloatRay(tree, rays[i]); });
   const auto walks = for_each_lane(count, [&](std::size_t i) {
-    return Walk{triangles, world, rays[i], float_rays[i], self};
+    return Walk{triangles, world, rays[i], float_rays[i], together.selves[i]};
   });
   auto visitors = for_each_lane(count, [&](std::size_t i) { return ToNearest(walks[i], nearest[i]); });
   FloatBundle bundle;
@@ -216,9 +217,9 @@ void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, cons
   HWY_DYNAMIC_DISPATCH(find_nearest)(tree, triangles, world, ray, self, nearest);
 }
 
-void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
-                     std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest) {
-  HWY_DYNAMIC_DISPATCH(find_nearest_of_bundle)(tree, triangles, world, rays, self, nearest);
+void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world, const Bundle& bundle,
+                     Nearest* nearest) {
+  HWY_DYNAMIC_DISPATCH(find_nearest_of_bundle)(tree, triangles, world, bundle, nearest);
 }
 
 }  // namespace penumbra::accel

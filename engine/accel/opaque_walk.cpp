@@ -88,6 +88,9 @@ bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const Wo
   return walk_to_end(tree, tree.root(), float_ray, visitor);
 }
 
+/// Fewer than so many rays ask for all children one after the other, more of them for each child together.
+constexpr int many_rays = 5;
+
 /// Walks with the rays whose bits are set in `alive`, all of one octant; returns those that no visitor ended. One that
 /// is left alone goes on alone.
 HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay, bundle_width>& float_rays,
@@ -111,6 +114,21 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay,
     }
     if (WideTree::sort_of(part.child) == WideTree::Sort::node) {
       const WideTree::Node& node = tree.nodes()[part.child];
+      if (std::popcount(rays) < many_rays) {
+        unsigned entered[WideTree::width]{}, any = 0;
+        for (; rays != 0; rays &= rays - 1) {
+          const int ray = std::countr_zero(rays);
+          const auto i = static_cast<std::size_t>(ray);
+          const unsigned hits = enter<false>(node, float_rays[i], visitors[i].limit(), nullptr);
+          any |= hits;
+          for (unsigned rest = hits; rest != 0; rest &= rest - 1) entered[std::countr_zero(rest)] |= 1u << ray;
+        }
+        for (; any != 0; any &= any - 1) {
+          const int child = std::countr_zero(any);
+          stack[count++] = {node.child[child], entered[child]};
+        }
+        continue;
+      }
       for (std::size_t child = 0; child < WideTree::width; ++child) {
         const unsigned entered = enter<false>(node, child, bundle, nullptr) & rays;
         if (entered != 0) stack[count++] = {node.child[child], entered};
@@ -126,12 +144,12 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay,
 }
 
 unsigned find_opaque_in_bundle(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
-                               std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
-                               Crossed* crossed) {
+                               const Bundle& together, double limit, Crossed* crossed) {
+  const auto& rays = together.rays;
   const std::size_t count = rays.size();
   const auto float_rays = for_each_lane(count, [&](std::size_t i) { return FloatRay(tree, rays[i]); });
   const auto walks = for_each_lane(count, [&](std::size_t i) {
-    return Walk{triangles, world, rays[i], float_rays[i], self};
+    return Walk{triangles, world, rays[i], float_rays[i], together.selves[i]};
   });
   auto visitors = for_each_lane(count, [&](std::size_t i) { return ToOpaque(walks[i], limit, crossed[i]); });
   FloatBundle bundle;
@@ -157,10 +175,9 @@ bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const
   return HWY_DYNAMIC_DISPATCH(find_opaque)(tree, triangles, world, ray, self, limit, crossed);
 }
 
-unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
-                        std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
-                        Crossed* crossed) {
-  return HWY_DYNAMIC_DISPATCH(find_opaque_in_bundle)(tree, triangles, world, rays, self, limit, crossed);
+unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world, const Bundle& bundle,
+                        double limit, Crossed* crossed) {
+  return HWY_DYNAMIC_DISPATCH(find_opaque_in_bundle)(tree, triangles, world, bundle, limit, crossed);
 }
 
 }  // namespace penumbra::accel

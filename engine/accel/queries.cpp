@@ -170,18 +170,18 @@ std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit)
   return first_met(world, prepared, nearest);
 }
 
-void closest_hits(const World& world, std::span<const PreparedRay> rays, const SurfaceId& self,
-                  std::optional<Hit>* hits) {
+void closest_hits(const World& world, const Bundle& bundle, std::optional<Hit>* hits) {
+  const auto [rays, selves] = bundle;
   std::array<Nearest, bundle_width> nearest;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, rays[i], self, nearest[i]);
+    for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, rays[i], selves[i], nearest[i]);
   }
   const OwnedTriangles owned(world);
   if (world.structure.wide) {
-    walk_to_nearest(*world.structure.wide, owned, world, rays, self, nearest.data());
+    walk_to_nearest(*world.structure.wide, owned, world, bundle, nearest.data());
   } else {
     for (std::size_t i = 0; i < rays.size(); ++i)
-      find_nearest(world.structure, owned, world, rays[i], self, nearest[i]);
+      find_nearest(world.structure, owned, world, rays[i], selves[i], nearest[i]);
   }
   for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = first_met(world, rays[i], nearest[i]);
 }
@@ -190,16 +190,16 @@ bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed
   return cross(world, PreparedRay(ray.origin, ray.direction), ray.self, limit, crossed);
 }
 
-unsigned cross_transparent(const World& world, std::span<const PreparedRay> rays, const SurfaceId& self, double limit,
-                           Crossed* crossed) {
+unsigned cross_transparent(const World& world, const Bundle& bundle, double limit, Crossed* crossed) {
+  const auto [rays, selves] = bundle;
   unsigned through = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool is_through = world.structure.wide ? cross_infinite(world, rays[i], self, limit, crossed[i])
-                                                 : cross(world, rays[i], self, limit, crossed[i]);
+    const bool is_through = world.structure.wide ? cross_infinite(world, rays[i], selves[i], limit, crossed[i])
+                                                 : cross(world, rays[i], selves[i], limit, crossed[i]);
     through |= is_through ? 1u << i : 0;
   }
   if (!world.structure.wide || through == 0) return through;
-  return through & ~walk_to_opaque(*world.structure.wide, OwnedTriangles(world), world, rays, self, limit, crossed);
+  return through & ~walk_to_opaque(*world.structure.wide, OwnedTriangles(world), world, bundle, limit, crossed);
 }
 
 int count_crossings(const World& world, std::uint32_t id, const Ray& ray, double limit) {

@@ -17,10 +17,15 @@ using geometry::Ray;
 /// does not depend on the structure.
 std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit = math::infinity);
 
-/// The same of up to bundle_width rays at once that leave `self`, with a place for each to find: rays that lie close
-/// together and go into one octant share most of the way through the structure.
-void closest_hits(const World& world, std::span<const geometry::PreparedRay> rays, const SurfaceId& self,
-                  std::optional<Hit>* hits);
+/// Up to bundle_width rays, and what each leaves: those that lie close together and go into one octant share most of
+/// the way through the structure.
+struct Bundle {
+  std::span<const geometry::PreparedRay> rays;
+  const SurfaceId* selves;
+};
+
+/// The same of a bundle, with a place for each ray to find.
+void closest_hits(const World& world, const Bundle& bundle, std::optional<Hit>* hits);
 
 /// Position, normals and error bound at a hit of this ray.
 geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit& hit);
@@ -28,10 +33,8 @@ geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit&
 /// Finds every crossing with 0 < t < limit of transparent items; stops and returns false at the first opaque one.
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed);
 
-/// The same of a bundle, as for closest_hits, with a list for each ray. Returns those that met nothing opaque, one bit
-/// each.
-unsigned cross_transparent(const World& world, std::span<const geometry::PreparedRay> rays, const SurfaceId& self,
-                           double limit, Crossed* crossed);
+/// The same of a bundle, with a list for each ray. Returns those that met nothing opaque, one bit each.
+unsigned cross_transparent(const World& world, const Bundle& bundle, double limit, Crossed* crossed);
 
 /// How often the ray crosses `item` (a part of it, for a mesh) with 0 < t < limit.
 int count_crossings(const World& world, std::uint32_t item, const Ray& ray, double limit);

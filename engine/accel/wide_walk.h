@@ -116,14 +116,13 @@ void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, cons
 bool walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                     const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed);
 
-/// The same of up to bundle_width rays at once, which all leave `self`, with a place for each to find.
-void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
-                     std::span<const geometry::PreparedRay> rays, const SurfaceId& self, Nearest* nearest);
+/// The same of a bundle, with a place for each ray to find.
+void walk_to_nearest(const WideTree& tree, const OwnedTriangles& triangles, const World& world, const Bundle& bundle,
+                     Nearest* nearest);
 /// The same question as walk_to_opaque, with a `crossed` for each ray; returns the rays that met something opaque, one
 /// bit each.
-unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
-                        std::span<const geometry::PreparedRay> rays, const SurfaceId& self, double limit,
-                        Crossed* crossed);
+unsigned walk_to_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world, const Bundle& bundle,
+                        double limit, Crossed* crossed);
 
 class RegionVisitor {
  public:

@@ -51,10 +51,16 @@ SineCosine sine_cosine_turns(double turns) {
   const double quarter = std::nearbyint(4 * turns);
   const double rest = turns - quarter / 4, x = rest * (2 * pi), q = x * x;
   const double x_rest = std::fma(rest, 2 * pi, -x) + rest * (2 * pi_rest);
+  // Dividing would take longer than all the rest.
+  static constexpr auto per = [](int a, int b) { return -1.0 / (a * b); };
+  static constexpr double of_sine[]{per(2, 3),   per(4, 5),   per(6, 7),   per(8, 9),  per(10, 11),
+                                    per(12, 13), per(14, 15), per(16, 17), per(18, 19)};
+  static constexpr double of_cosine[]{per(1, 2),   per(3, 4),   per(5, 6),   per(7, 8),  per(9, 10),
+                                      per(11, 12), per(13, 14), per(15, 16), per(17, 18)};
   double sine = 0, cosine = 0;
-  for (int k = 18; k >= 2; k -= 2) {
-    sine = (1 + sine) * -q / (k * (k + 1));
-    cosine = (1 + cosine) * -q / (k * (k - 1));
+  for (int i = 8; i >= 0; --i) {
+    sine = (1 + sine) * (q * of_sine[i]);
+    cosine = (1 + cosine) * (q * of_cosine[i]);
   }
   sine = x + (x * sine + x_rest);
   cosine = 1 + (cosine - x * x_rest);

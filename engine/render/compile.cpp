@@ -14,6 +14,9 @@
 namespace penumbra::render {
 namespace {
 
+/// What so few spheres, cylinders and tubes hide of a light is quickly found.
+constexpr std::size_t few_quadrics = 64;
+
 using math::Affine;
 using math::Vec3;
 
@@ -141,6 +144,7 @@ class Compiler {
     if (!world_.triangles.normals.empty()) world_.triangles.normals.resize(world_.triangles.positions.size());
     build_tree(root);
     if (has_soft_lights_) scene.typical_edge = typical_edge();
+    scene.has_many_quadrics = world_.spheres.size() + world_.cylinders.size() + world_.tubes.size() > few_quadrics;
     if (std::ranges::any_of(description_.lights, is_area)) scene.extent = extent();
     scene.world = std::move(world_);
     scene.materials = std::move(materials_);

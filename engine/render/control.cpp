@@ -17,6 +17,7 @@ double Control::percent() const {
 }
 
 Film Control::preview() const {
+  is_watched_.store(true, std::memory_order_relaxed);
   std::shared_ptr<const Canvas> canvas;
   {
     const std::lock_guard lock(mutex_);

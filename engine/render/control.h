@@ -23,8 +23,11 @@ class Control {
   /// 0 to 100, never falls. Reaches 100 when every pixel is rendered.
   double percent() const;
 
-  /// The finished tiles so far, black elsewhere; an empty film (width 0) before the first tile starts.
+  /// The finished tiles so far; elsewhere what a coarse pass has shown, or black. An empty film (width 0) before the
+  /// first tile starts.
   Film preview() const;
+  /// Somebody has asked for a preview.
+  bool is_watched() const { return is_watched_.load(std::memory_order_relaxed); }
 
   /// For `render`: the canvas being painted from now on, and the work that will be counted in all.
   void attach(std::shared_ptr<const Canvas> canvas, std::uint64_t work_total);
@@ -35,6 +38,7 @@ class Control {
 
  private:
   std::atomic<bool> canceled_{false};
+  mutable std::atomic<bool> is_watched_{false};
   std::atomic<std::uint64_t> work_done_{0}, work_total_{0};
   mutable std::mutex mutex_;
   std::shared_ptr<const Canvas> canvas_;  // guarded by mutex_

@@ -1,5 +1,6 @@
 #include "engine/render/pixel_rays.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -39,7 +40,12 @@ PixelRays::Center PixelRays::center(int column, int row) const {
   return {column, row, ray, accel::closest_hit(scene_.world, ray)};
 }
 
-void PixelRays::centers(int column, int row, std::span<Center> centers, shading::Integrator& integrator) const {
+void PixelRays::centers(int column, int row, std::span<Center> centers, bool has_bundles,
+                        shading::Integrator& integrator) const {
+  if (!has_bundles) {
+    for (std::size_t i = 0; i < centers.size(); ++i) centers[i] = center(column + static_cast<int>(i), row);
+    return;
+  }
   const auto rays = for_each_lane([&](std::size_t i) {
     return camera_.ray(column + static_cast<int>(i) + 0.5, row + 0.5, {0, 0});
   });
@@ -52,7 +58,19 @@ void PixelRays::centers(int column, int row, std::span<Center> centers, shading:
 
 shading::Integrator::Sample PixelRays::trace(const Center& center, const shading::DiscSampling& sampling,
                                              shading::Integrator& integrator) const {
-  return integrator.trace(center.ray, center.hit, sampling, key(center.column, center.row).at(first_sample_place));
+  shading::Integrator::Sample sample;
+  trace({&center, 1}, sampling, integrator, &sample);
+  return sample;
+}
+
+void PixelRays::trace(std::span<const Center> centers, const shading::DiscSampling& sampling,
+                      shading::Integrator& integrator, shading::Integrator::Sample* samples) const {
+  const auto rays = for_each_lane([&](std::size_t i) {
+    const Center& center = centers[std::min(i, centers.size() - 1)];
+    return shading::Integrator::CameraRay{center.ray, center.hit,
+                                          key(center.column, center.row).at(first_sample_place)};
+  });
+  integrator.trace(std::span(rays).first(centers.size()), sampling, samples);
 }
 
 double PixelRays::squared_error_of_lens(const Center& center, const Color& color, const shading::DiscSampling& sampling,

@@ -10,7 +10,8 @@ namespace penumbra::render {
 /// What is found for a pixel.
 struct Pixel {
   math::Color color;
-  double squared_error = 0;  // estimated, summed over the channels; 0 where clamping hides it
+  // Estimated, summed over the channels; 0 where clamping hides it. On average over many: one may even be negative.
+  double squared_error = 0;
 };
 
 /// The variance of a pixel's color as its squared error, which is measured clamped to display range: a channel surely
@@ -39,10 +40,13 @@ class PixelRays {
     std::optional<accel::Hit> hit;
   };
   Center center(int column, int row) const;
-  /// Of pixels side by side, from `column` on, in bundles.
-  void centers(int column, int row, std::span<Center> centers, shading::Integrator& integrator) const;
+  /// Of up to accel::bundle_width pixels side by side, from `column` on; with `has_bundles` together.
+  void centers(int column, int row, std::span<Center> centers, bool has_bundles, shading::Integrator& integrator) const;
   shading::Integrator::Sample trace(const Center& center, const shading::DiscSampling& sampling,
                                     shading::Integrator& integrator) const;
+  /// The same for up to accel::bundle_width of them, lit together.
+  void trace(std::span<const Center> centers, const shading::DiscSampling& sampling, shading::Integrator& integrator,
+             shading::Integrator::Sample* samples) const;
   /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is
   /// added by a few of them for all.
   double squared_error_of_lens(const Center& center, const math::Color& color, const shading::DiscSampling& sampling,

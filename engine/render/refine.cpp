@@ -12,6 +12,7 @@ namespace {
 using math::Color;
 
 constexpr std::uint64_t block_place = 3;
+constexpr std::uint64_t blocks_per_check = 4;
 
 }  // namespace
 
@@ -24,7 +25,7 @@ std::vector<Pass> plan_passes(const scene::Options& options) {
   if (!options.time_budget_s) return {pass(1, options.samples_per_pixel, options.shadow_samples)};
   // The first, which nothing cuts short, has a block for each tile. Two camera rays of a pixel that asks for several
   // tell how far they are off; one, at its center, would not.
-  std::vector<Pass> passes{pass(Canvas::tile_edge, 1, 1), pass(8, 1, 1),
+  std::vector<Pass> passes{pass(Canvas::tile_edge, 1, 1), pass(8, 1, 1), pass(4, 1, 1), pass(2, 1, 1),
                            pass(1, std::min(2, options.samples_per_pixel), 1)};
   while (passes.back().samples_per_pixel < options.samples_per_pixel ||
          passes.back().shadow_samples < options.shadow_samples) {
@@ -34,6 +35,8 @@ std::vector<Pass> plan_passes(const scene::Options& options) {
   }
   return passes;
 }
+
+Pass preview_pass() { return {16, 1, 1}; }
 
 PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options,
                            const Pass& pass, const Switches& switches)
@@ -54,6 +57,12 @@ shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_sto
   return {scene_, {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches_}, is_stopped};
 }
 
+void PixelSampler::prepare(const std::function<bool()>& is_stopped) {
+  if (!refiner_ || samples_per_pixel_ > 1 || camera_.has_lens()) return;
+  shading::Integrator looking = integrator(is_stopped);
+  refiner_->look_at_picture(options_.width, options_.height, looking);
+}
+
 std::optional<Color> PixelSampler::background_of(const Canvas::Tile& tile) const {
   const accel::World& world = scene_.world;
   if (!world.infinite_items.empty()) return std::nullopt;
@@ -66,15 +75,17 @@ std::vector<Pixel> PixelSampler::sample(const Canvas::Tile& tile, const std::fun
                                         shading::Integrator& integrator) const {
   const bool has_bundles = stride_ == 1 && samples_per_pixel_ == 1 && !camera_.has_lens() && switches_.camera_bundles;
   if (refiner_) return refiner_->refine(tile, has_bundles, is_stopped, integrator);
-  if (!has_bundles) return sample_blocks(tile, is_stopped, integrator);
+  if (stride_ > 1 || samples_per_pixel_ > 1) return sample_blocks(tile, is_stopped, integrator);
   std::vector<Pixel> pixels;
   pixels.reserve(static_cast<std::size_t>(tile.right - tile.left) * static_cast<std::size_t>(tile.bottom - tile.top));
   std::array<PixelRays::Center, accel::bundle_width> bundle;
+  std::array<shading::Integrator::Sample, accel::bundle_width> samples;
   for (int row = tile.top; row < tile.bottom && !is_stopped(); ++row) {
     for (int column = tile.left; column < tile.right; column += static_cast<int>(bundle.size())) {
       const auto size = std::min(bundle.size(), static_cast<std::size_t>(tile.right - column));
-      rays_.centers(column, row, std::span(bundle).first(size), integrator);
-      for (std::size_t i = 0; i < size; ++i) pixels.push_back(with_center_ray(bundle[i], integrator));
+      rays_.centers(column, row, std::span(bundle).first(size), has_bundles, integrator);
+      rays_.trace(std::span(bundle).first(size), sampling_, integrator, samples.data());
+      for (std::size_t i = 0; i < size; ++i) pixels.push_back(of_center_ray(bundle[i], samples[i], integrator));
     }
   }
   return pixels;
@@ -94,9 +105,10 @@ std::vector<Pixel> PixelSampler::sample_blocks(const Canvas::Tile& tile, const s
 
 Pixel PixelSampler::sample_block(int column, int row, shading::Integrator& integrator) const {
   Pixel pixel = sample_one(column, row, integrator);
-  if (stride_ > 1) {
-    // Another pixel of the block shows what it costs that one stands for all.
-    const sampling::Key place = rays_.key(column, row).at(block_place);
+  const sampling::Key place = rays_.key(column, row).at(block_place);
+  // Another pixel of some blocks shows what it costs that one stands for all; of all of them where they are few.
+  const std::uint64_t per_check = stride_ < Canvas::tile_edge ? blocks_per_check : 1;
+  if (stride_ > 1 && place.bits() % per_check == 0) {
     const auto away = [&](int axis) { return static_cast<int>(place.uniform(axis) * stride_) - stride_ / 2; };
     const Color other = sample_one(column + away(0), row + away(1), integrator).color;
     const auto squared = [](double a, double b) {
@@ -104,7 +116,10 @@ Pixel PixelSampler::sample_block(int column, int row, shading::Integrator& integ
       return difference * difference;
     };
     pixel.squared_error =
-        squared(pixel.color.r, other.r) + squared(pixel.color.g, other.g) + squared(pixel.color.b, other.b);
+        static_cast<double>(per_check) *
+        (squared(pixel.color.r, other.r) + squared(pixel.color.g, other.g) + squared(pixel.color.b, other.b));
+  } else if (stride_ > 1) {
+    pixel.squared_error = 0;
   }
   return pixel;
 }
@@ -115,7 +130,11 @@ Pixel PixelSampler::sample_one(int column, int row, shading::Integrator& integra
 }
 
 Pixel PixelSampler::with_center_ray(const PixelRays::Center& center, shading::Integrator& integrator) const {
-  const shading::Integrator::Sample sample = rays_.trace(center, sampling_, integrator);
+  return of_center_ray(center, rays_.trace(center, sampling_, integrator), integrator);
+}
+
+Pixel PixelSampler::of_center_ray(const PixelRays::Center& center, const shading::Integrator::Sample& sample,
+                                  shading::Integrator& integrator) const {
   return {sample.radiance, camera_.has_lens()
                                ? rays_.squared_error_of_lens(center, sample.radiance, sampling_, integrator)
                                : squared_error(sample.radiance, sample.variance.measured)};

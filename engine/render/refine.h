@@ -23,9 +23,11 @@ struct Pass {
 
 /// A single pass at the options' sample counts; with a time budget, coarse to fine in steps of four up to them.
 std::vector<Pass> plan_passes(const scene::Options& options);
+/// What fills a preview until there is better: a hundredth of the work at most.
+Pass preview_pass();
 
-/// Chooses and averages the samples of a pass. Immutable; may be shared between threads. What it finds depends on seed,
-/// place and pass alone.
+/// Chooses and averages the samples of a pass. Once prepared immutable; may be shared between threads. What it finds
+/// depends on seed, place and pass alone.
 class PixelSampler {
  public:
   PixelSampler(const shading::Scene& scene, const Camera& camera, const scene::Options& options, const Pass& pass,
@@ -38,6 +40,9 @@ class PixelSampler {
   /// The color of every pixel of the tile, if it shows nothing but the background for certain.
   std::optional<math::Color> background_of(const Canvas::Tile& tile) const;
 
+  /// To be called once before `sample`: with a target for the error, the picture is looked at as a whole.
+  void prepare(const std::function<bool()>& is_stopped);
+
   /// An integrator for `sample`, for one thread.
   shading::Integrator integrator(const std::function<bool()>& is_stopped) const;
 
@@ -49,6 +54,8 @@ class PixelSampler {
   Pixel sample_block(int column, int row, shading::Integrator& integrator) const;
   Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
   Pixel with_center_ray(const PixelRays::Center& center, shading::Integrator& integrator) const;
+  Pixel of_center_ray(const PixelRays::Center& center, const shading::Integrator::Sample& sample,
+                      shading::Integrator& integrator) const;
 
   const shading::Scene& scene_;
   const Camera& camera_;

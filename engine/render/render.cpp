@@ -66,6 +66,112 @@ bool paint(const Canvas::Tile& tile, int stride, const PixelSampler& sampler, co
   return true;
 }
 
+/// One description on its way to a picture.
+class Rendering {
+ public:
+  Rendering(const Compiled& compiled, const Camera& camera, const scene::Options& options, const Switches& switches,
+            system::Pool& pool, int threads, Control& control)
+      : compiled_(compiled),
+        camera_(camera),
+        options_(options),
+        switches_(switches),
+        pool_(pool),
+        threads_(threads),
+        control_(control),
+        gain_(math::power_of_two(options.exposure)) {}
+
+  /// All passes; nothing once it is canceled.
+  std::shared_ptr<const Film> run();
+  double seconds() const { return seconds_since(start_); }
+  const std::vector<TileRecord>& records() const { return records_; }
+
+ private:
+  std::shared_ptr<Canvas> canvas(std::shared_ptr<const Film> backdrop) const {
+    return std::make_shared<Canvas>(options_.width, options_.height, gain_, std::move(backdrop));
+  }
+  /// Paints every tile that `is_stopped` lets it.
+  void paint_all(const Pass& pass, const std::function<bool()>& is_stopped, Canvas& canvas,
+                 std::vector<TileRecord>& records);
+  /// Somebody looks, or will have to wait: told by a few pixels and what they take.
+  bool wants_preview(const Pass& pass) const;
+
+  const Compiled& compiled_;
+  const Camera& camera_;
+  const scene::Options& options_;
+  const Switches& switches_;
+  system::Pool& pool_;
+  const int threads_;
+  Control& control_;
+  const double gain_;
+  const Clock::time_point start_ = Clock::now();
+  std::vector<TileRecord> records_;
+};
+
+void Rendering::paint_all(const Pass& pass, const std::function<bool()>& is_stopped, Canvas& canvas,
+                          std::vector<TileRecord>& records) {
+  PixelSampler sampler(compiled_.scene, camera_, options_, pass, switches_);
+  sampler.prepare(is_stopped);
+  records.resize(static_cast<std::size_t>(canvas.tile_count()));
+  const std::uint64_t tile_work = pass.work / records.size();
+  pool_.run(canvas.tile_count(), threads_, [&](std::int64_t task) {
+    const int index = static_cast<int>(task);
+    if (!paint(canvas.tile(index), pass.stride, sampler, is_stopped, switches_.empty_tiles, canvas,
+               records[static_cast<std::size_t>(index)]))
+      return;
+    canvas.mark_done(index);
+    control_.advance(tile_work);
+  });
+}
+
+bool Rendering::wants_preview(const Pass& pass) const {
+  constexpr double long_s = 1;
+  constexpr int pixels_each = 4096, most = 16;
+  if (control_.is_watched()) return true;
+  const double pixels = static_cast<double>(options_.width) * options_.height;
+  const int count = std::clamp(static_cast<int>(pixels / pixels_each), 1, most);
+  const PixelSampler sampler(compiled_.scene, camera_, options_, pass, switches_);
+  const std::function<bool()> is_canceled = [&] { return control_.is_canceled(); };
+  shading::Integrator integrator = sampler.integrator(is_canceled);
+  const double enough_s = long_s * threads_ * count / pixels;  // of one thread
+  const Clock::time_point begin = Clock::now();
+  for (int i = 0; i < count; ++i) {
+    const sampling::Key key = sampling::Key(options_.seed).at(static_cast<std::uint64_t>(i));
+    const int x = static_cast<int>(key.uniform(0) * options_.width),
+              y = static_cast<int>(key.uniform(1) * options_.height);
+    sampler.sample({x, y, x + 1, y + 1}, is_canceled, integrator);
+    if (seconds_since(begin) > enough_s) return true;
+  }
+  return false;
+}
+
+std::shared_ptr<const Film> Rendering::run() {
+  const std::vector<Pass> passes = plan_passes(options_);
+  std::uint64_t work_total = 0;
+  for (const Pass& pass : passes) work_total += pass.work;
+  const auto is_out_of_time = [&] { return options_.time_budget_s && seconds() > *options_.time_budget_s; };
+  std::shared_ptr<Canvas> shown = canvas(nullptr);
+  control_.attach(shown, work_total);
+  // With a budget the passes themselves go from coarse to fine.
+  const bool has_preview = !options_.time_budget_s && wants_preview(passes.front());
+  if (has_preview) {
+    std::vector<TileRecord> nobodys;
+    paint_all(
+        preview_pass(), [&] { return control_.is_canceled(); }, *shown, nobodys);
+  }
+  for (const Pass& pass : passes) {
+    // The first pass is cheap and must cover the picture; only later ones give way to the budget.
+    const bool is_first = &pass == &passes.front();
+    shown = canvas(is_first && !has_preview ? nullptr : shown->film());
+    control_.attach(shown, work_total);
+    paint_all(
+        pass, [&] { return control_.is_canceled() || (!is_first && is_out_of_time()); }, *shown, records_);
+    if (control_.is_canceled()) return nullptr;
+    if (is_out_of_time()) break;
+  }
+  control_.finish();
+  return shown->film();
+}
+
 }  // namespace
 
 int thread_limit(int threads, int pool_size) {
@@ -87,49 +193,20 @@ std::optional<Picture> render(const scene::Description& description, const scene
   picture.stats.build_s = seconds_since(start);
   if (control.is_canceled()) return std::nullopt;
 
-  const Clock::time_point render_start = Clock::now();
   const Camera camera(description.camera, options.width, options.height);
-  const std::vector<Pass> passes = plan_passes(options);
-  std::uint64_t work_total = 0;
-  for (const Pass& pass : passes) work_total += pass.work;
-  const auto is_out_of_time = [&] {
-    return options.time_budget_s && seconds_since(render_start) > *options.time_budget_s;
-  };
-
-  const double gain = math::power_of_two(options.exposure);
-  std::shared_ptr<Canvas> canvas;
-  std::vector<TileRecord> records;
-  for (const Pass& pass : passes) {
-    canvas = std::make_shared<Canvas>(options.width, options.height, gain, canvas ? canvas->film() : nullptr);
-    control.attach(canvas, work_total);
-    const PixelSampler sampler(compiled.scene, camera, options, pass, switches);
-    // The first pass is cheap and must cover the picture; only later ones give way to the budget.
-    const bool is_first = &pass == &passes.front();
-    const std::function<bool()> is_stopped = [&] { return control.is_canceled() || (!is_first && is_out_of_time()); };
-    records.resize(static_cast<std::size_t>(canvas->tile_count()));
-    const std::uint64_t tile_work = pass.work / records.size();
-    pool.run(canvas->tile_count(), threads, [&](std::int64_t task) {
-      const int index = static_cast<int>(task);
-      if (!paint(canvas->tile(index), pass.stride, sampler, is_stopped, switches.empty_tiles, *canvas,
-                 records[static_cast<std::size_t>(index)]))
-        return;
-      canvas->mark_done(index);
-      control.advance(tile_work);
-    });
-    if (control.is_canceled()) return std::nullopt;
-    if (is_out_of_time()) break;
-  }
-  control.finish();
+  Rendering rendering(compiled, camera, options, switches, pool, threads, control);
+  picture.film = rendering.run();
+  if (!picture.film) return std::nullopt;
   shading::Counters counters;
   double squared_error = 0;
   std::uint64_t empty_tiles = 0;
-  for (const TileRecord& record : records) {
+  for (const TileRecord& record : rendering.records()) {
     counters += record.counters, squared_error += record.squared_error;
     empty_tiles += record.empty_tiles;
   }
-  picture.stats.estimated_error = gain * std::sqrt(squared_error / (3.0 * options.width * options.height));
-  picture.film = canvas->film();
-  picture.stats.render_s = seconds_since(render_start);
+  picture.stats.estimated_error = math::power_of_two(options.exposure) *
+                                  std::sqrt(std::max(0.0, squared_error) / (3.0 * options.width * options.height));
+  picture.stats.render_s = rendering.seconds();
   picture.stats.rays = counters.rays;
   picture.stats.skipped = skipped(counters, compiled.merged_lights, empty_tiles);
   return picture;

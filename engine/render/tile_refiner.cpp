@@ -11,9 +11,14 @@ namespace {
 
 using math::Color;
 
-constexpr int first_camera_samples = 4, first_shadow_samples = 8;
+constexpr int first_camera_samples = 4, first_shadow_samples = 2;
 /// What doubling the samples divides a variance by.
 constexpr double least_gain = 2, greatest_gain = 4;
+/// Of what the picture may be off, squared, what pixels here and there may be: they are few, and may be lucky.
+constexpr double of_picture = 0.5;
+/// One of so many pixels that end is looked at once more, and tells what all of them are off by; of small pictures more
+/// are, for few tell little.
+constexpr std::uint64_t least_per_check = 2, most_per_check = 12, pixels_of_each = 8192, check_place = 4;
 /// A pixel goes on after all where the second half of its samples shows so many times the variance that was asked for.
 constexpr double revoking = 2;
 
@@ -40,8 +45,6 @@ class Ratio {
   double presumed_, above_ = 0, below_ = 0, squares_ = 0;
 };
 
-Color positive(const Color& c) { return {std::max(0.0, c.r), std::max(0.0, c.g), std::max(0.0, c.b)}; }
-
 Color squared_distance(const Color& a, const Color& b) {
   const auto channel = [](double x, double y) {
     const double d = std::clamp(x, 0.0, 1.0) - std::clamp(y, 0.0, 1.0);
@@ -49,6 +52,13 @@ Color squared_distance(const Color& a, const Color& b) {
   };
   return {channel(a.r, b.r), channel(a.g, b.g), channel(a.b, b.b)};
 }
+
+/// What a pixel was off by, on average over many, told by another look at it: that is off itself.
+double squared_error_beside(const Color& seen, const shading::Integrator::Sample& next) {
+  return sum_of(squared_distance(seen, next.radiance)) - squared_error(next.radiance, next.variance.measured);
+}
+
+Color positive(const Color& c) { return {std::max(0.0, c.r), std::max(0.0, c.g), std::max(0.0, c.b)}; }
 
 }  // namespace
 
@@ -142,19 +152,96 @@ std::vector<PixelRays::Center> TileRefiner::centers_of(const Canvas::Tile& tile,
                                                        shading::Integrator& integrator) const {
   std::vector<PixelRays::Center> centers;
   std::array<PixelRays::Center, accel::bundle_width> bundle;
-  const int width = has_bundles ? static_cast<int>(bundle.size()) : 1;
+  constexpr auto width = static_cast<int>(bundle.size());
   for (int row = tile.top; row < tile.bottom; ++row) {
     for (int column = tile.left; column < tile.right; column += width) {
       const auto some = std::span(bundle).first(static_cast<std::size_t>(std::min(width, tile.right - column)));
-      if (has_bundles) {
-        rays_.centers(column, row, some, integrator);
-      } else {
-        some.front() = rays_.center(column, row);
-      }
+      rays_.centers(column, row, some, has_bundles, integrator);
       centers.insert(centers.end(), some.begin(), some.end());
     }
   }
   return centers;
+}
+
+void TileRefiner::look_at_picture(int width, int height, shading::Integrator& integrator) {
+  per_check_ = std::clamp(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) / pixels_of_each,
+                          least_per_check, most_per_check);
+  constexpr int most_groups = 800, least_groups = 64, groups_apart = 8, across = accel::bundle_width;
+  const int columns = width / across, groups = std::min(most_groups, columns * height / groups_apart);
+  if (groups < least_groups) return;
+  std::vector<PixelRays::Center> centers(static_cast<std::size_t>(groups * across));
+  for (int i = 0; i < groups; ++i) {
+    // Evenly over the picture: Roberts' sequence of the plastic number.
+    const auto part = [&](double step) { return std::fmod(0.5 + step * (i + 1), 1.0); };
+    const int column = static_cast<int>(part(0.7548776662466927) * columns) * across;
+    const int row = static_cast<int>(part(0.5698402909980532) * height);
+    rays_.centers(column, row, std::span(centers).subspan(static_cast<std::size_t>(i * across), across), false,
+                  integrator);
+  }
+  // Whoever stops is as far off as the next look shows: its own samples had a say in that it stops.
+  std::vector<Look> looks;
+  const double allowed = of_picture * 3 * squared_target_ * static_cast<double>(centers.size());
+  const auto squared_error = [&](double target) {
+    double sum = 0;
+    for (std::size_t i = 0; i < centers.size(); ++i) {
+      std::size_t l = 0;
+      while (l + 2 < looks.size() && looks[l].modelled[i] >= target) ++l;
+      sum += squared_error_beside(looks[l].samples[i].radiance, looks[l + 1].samples[i]);
+    }
+    return sum;
+  };
+  for (const shading::DiscSampling& sampling : samplings_) {
+    looks.push_back(look(centers, sampling, integrator));
+    if (looks.size() > 2 && squared_error(0) < 0.1 * allowed) break;
+  }
+  if (looks.size() < 2) return;
+  double target = squared_target_;
+  for (int doubled = 0; doubled < 32 && squared_error(2 * target) <= allowed; ++doubled) target *= 2;
+  squared_target_ = target;
+}
+
+TileRefiner::Look TileRefiner::look(std::span<const PixelRays::Center> centers, const shading::DiscSampling& sampling,
+                                    shading::Integrator& integrator) const {
+  Look result;
+  Ratio measured_to_modelled(1);
+  std::array<shading::Integrator::Sample, accel::bundle_width> found;
+  for (std::size_t first = 0; first < centers.size(); first += found.size()) {
+    rays_.trace(centers.subspan(first, found.size()), sampling, integrator, found.data());
+    for (const shading::Integrator::Sample& sample : found) {
+      const shading::Variance& variance = sample.variance;
+      result.samples.push_back(sample), result.modelled.push_back(math::max_channel(variance.modelled));
+      if (const double measured = sum_of(variance.measured); measured > 0)
+        measured_to_modelled.add(measured, sum_of(variance.modelled));
+    }
+  }
+  for (double& modelled : result.modelled) modelled *= measured_to_modelled.value();
+  return result;
+}
+
+void TileRefiner::trace(std::span<const std::size_t> active, std::span<const PixelRays::Center> centers,
+                        const shading::DiscSampling& sampling, shading::Integrator& integrator,
+                        std::span<shading::Integrator::Sample> samples) const {
+  std::array<PixelRays::Center, accel::bundle_width> some;
+  std::array<shading::Integrator::Sample, accel::bundle_width> found;
+  const std::size_t count = std::min(active.size(), some.size());
+  for (std::size_t k = 0; k < count; ++k) some[k] = centers[active[k]];
+  rays_.trace(std::span(some).first(count), sampling, integrator, found.data());
+  for (std::size_t k = 0; k < count; ++k) samples[active[k]] = found[k];
+}
+
+void TileRefiner::check(std::span<const std::size_t> ended, std::span<const PixelRays::Center> centers,
+                        const shading::DiscSampling& next, shading::Integrator& integrator,
+                        std::span<Pixel> pixels) const {
+  std::vector<std::size_t> checked;
+  for (const std::size_t i : ended) {
+    pixels[i].squared_error = 0;
+    if (rays_.key(centers[i].column, centers[i].row).at(check_place).bits() % per_check_ == 0) checked.push_back(i);
+  }
+  std::vector<shading::Integrator::Sample> samples(centers.size());
+  for (std::size_t first = 0; first < checked.size(); first += accel::bundle_width)
+    trace(std::span(checked).subspan(first), centers, next, integrator, samples);
+  for (const std::size_t i : checked)
+    pixels[i].squared_error = static_cast<double>(per_check_) * squared_error_beside(pixels[i].color, samples[i]);
 }
 
 std::vector<Pixel> TileRefiner::with_center_rays(const Canvas::Tile& tile, bool has_bundles,
@@ -165,11 +252,15 @@ std::vector<Pixel> TileRefiner::with_center_rays(const Canvas::Tile& tile, bool 
   std::vector<std::size_t> active(centers.size());
   for (std::size_t i = 0; i < active.size(); ++i) active[i] = i;
   std::vector<double> modelled(centers.size());
+  std::vector<shading::Integrator::Sample> samples(centers.size());
   for (const shading::DiscSampling& sampling : samplings_) {
     Ratio measured_to_modelled(1);
-    for (const std::size_t i : active) {
+    for (std::size_t first = 0; first < active.size(); first += accel::bundle_width) {
       if (is_stopped()) return pixels;
-      const auto [radiance, variance] = rays_.trace(centers[i], sampling, integrator);
+      trace(std::span(active).subspan(first), centers, sampling, integrator, samples);
+    }
+    for (const std::size_t i : active) {
+      const auto& [radiance, variance] = samples[i];
       pixels[i] = {radiance, squared_error(radiance, variance.measured)};
       modelled[i] = math::max_channel(variance.modelled);
       // Where all samples agree it depends on how the scene is searched whether that counts as certain.
@@ -177,7 +268,10 @@ std::vector<Pixel> TileRefiner::with_center_rays(const Canvas::Tile& tile, bool 
         measured_to_modelled.add(measured, sum_of(variance.modelled));
     }
     const double factor = measured_to_modelled.value();
-    std::erase_if(active, [&](std::size_t i) { return modelled[i] * factor < squared_target_; });
+    const auto rest = std::stable_partition(active.begin(), active.end(),
+                                            [&](std::size_t i) { return !(modelled[i] * factor < squared_target_); });
+    if (&sampling != &samplings_.back()) check({rest, active.end()}, centers, *(&sampling + 1), integrator, pixels);
+    active.erase(rest, active.end());
   }
   if (rays_.has_lens()) {
     for (std::size_t i = 0; i < pixels.size(); ++i)

@@ -22,8 +22,10 @@ struct Counters {
   Count lights_facing_away = 0;      // light and viewer on different sides
   Count lights_from_candidates = 0;  // told by the surfaces that may touch the light's cone
   Count lights_from_cells = 0;       // told by what neighbouring points share
+  Count lights_from_few_rays = 0;    // of few samples: nobody looked for what may hide them
   Count lights_without_effect = 0;   // outside the spot, or no diffuse and no highlight
   Count negligible_rays = 0;         // secondary rays below min_contribution
+  Count shadow_rays_agreed = 0;      // not cast: those of the points beside agreed
   Count shadow_rays_bundled = 0;     // cast, but on the way of another ray
   Count shadow_rays_covered = 0;     // not cast: what hides of the light was found from its occluders' outlines
   Count shadow_rays_dark = 0;        // not cast: one opaque surface covers the light's cone
@@ -42,8 +44,8 @@ auto by_name_of_ray(Rays& rays) {
 }
 template <class Of>
 auto by_name_of_work(Of& counters) {
-  [[maybe_unused]] auto& [rays, exact, camera_bundled, spheres, away, candidates, cells, without_effect, negligible,
-                          bundled, covered, dark, listed, lit] = counters;
+  [[maybe_unused]] auto& [rays, exact, camera_bundled, spheres, away, candidates, cells, few, without_effect,
+                          negligible, agreed, bundled, covered, dark, listed, lit] = counters;
   using Named = std::pair<const char*, decltype(&exact)>;
   return std::array{Named{"area_samples_exact", &exact},
                     Named{"camera_rays_bundled", &camera_bundled},
@@ -51,8 +53,10 @@ auto by_name_of_work(Of& counters) {
                     Named{"lights_facing_away", &away},
                     Named{"lights_from_candidates", &candidates},
                     Named{"lights_from_cells", &cells},
+                    Named{"lights_from_few_rays", &few},
                     Named{"lights_without_effect", &without_effect},
                     Named{"negligible_rays", &negligible},
+                    Named{"shadow_rays_agreed", &agreed},
                     Named{"shadow_rays_bundled", &bundled},
                     Named{"shadow_rays_covered", &covered},
                     Named{"shadow_rays_dark", &dark},

@@ -1,7 +1,9 @@
 #include "engine/shading/integrator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "engine/shading/lights/light.h"
 
@@ -34,40 +36,75 @@ Integrator::Integrator(const Scene& scene, const IntegratorSettings& settings, c
       shadows_(scene, settings_.switches, counters_, is_canceled) {}
 
 Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key) {
-  return trace(ray, accel::closest_hit(scene_.world, ray), sampling, key);
-}
-
-void Integrator::camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits) {
-  accel::closest_hits(scene_.world, rays, {}, hits);
-  if (scene_.world.structure.wide) counters_.camera_rays_bundled += rays.size() - 1;
-}
-
-Integrator::Sample Integrator::trace(const geometry::Ray& ray, const std::optional<accel::Hit>& hit,
-                                     const DiscSampling& sampling, const sampling::Key& key) {
   sampling_ = &sampling;
   variance_ = {};
   ++counters_.rays.camera;
-  const Color value = radiance(ray, hit, {}, key);
+  const Color value = radiance(ray, accel::closest_hit(scene_.world, ray), {}, key);
   return {value, variance_};
+}
+
+void Integrator::camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits) {
+  static constexpr std::array<accel::SurfaceId, accel::bundle_width> nothing{};
+  accel::closest_hits(scene_.world, {rays, nothing.data()}, hits);
+  if (scene_.world.structure.wide) counters_.camera_rays_bundled += rays.size() - 1;
+}
+
+/// A point that a camera ray meets, while it is lit together with others.
+struct Integrator::Lit {
+  ShadingPoint at;
+  const CameraRay* ray;
+  Color sum;  // of the lights
+  Sample* sample;
+};
+
+void Integrator::trace(std::span<const CameraRay> rays, const DiscSampling& sampling, Sample* samples) {
+  sampling_ = &sampling;
+  counters_.rays.camera += rays.size();
+  std::array<Lit, accel::bundle_width> points;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const CameraRay& ray = rays[i];
+    samples[i] = {ray.hit ? math::black : scene_.background, {}};
+    if (ray.hit) points[count++] = {point(ray.ray, *ray.hit, 0), &ray, {}, &samples[i]};
+  }
+  if (is_canceled_()) return;
+  light_together(std::span(points).first(count));
+  for (const Lit& lit : std::span(points).first(count)) {
+    const Path path{0, lit.ray->hit->t, math::white};
+    variance_ = lit.sample->variance;
+    lit.sample->radiance = unlit(lit.at, path);
+    if (lit.at.material->is_lit) lit.sample->radiance += lit.sum;
+    if (settings_.max_depth > 0) lit.sample->radiance += secondary(lit.at, path, lit.ray->key);
+    lit.sample->variance = variance_;
+  }
 }
 
 Color Integrator::radiance(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const Path& path,
                            const sampling::Key& key) {
   if (is_canceled_()) return math::black;
   if (!hit) return scene_.background;
-  ShadingPoint at;
-  at.surface = accel::surface_at(scene_.world, ray, *hit);
-  at.id = hit->surface;
-  at.material = &scene_.materials[scene_.item_material[hit->surface.item]];
-  at.view = ray.direction;
-  at.facing = dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
+  const ShadingPoint at = point(ray, *hit, path.distance);
   const Path here{path.depth, path.distance + hit->t, path.weight};
-  at.footprint = settings_.pixel_width.at_camera + settings_.pixel_width.per_distance * here.distance;
-
-  Color result = at.material->emission;
-  if (path.depth == 0) result += scene_.ambient * at.material->ambient;
+  Color result = unlit(at, path);
   if (at.material->is_lit) result += direct(at, path.weight, key);
   if (path.depth < settings_.max_depth) result += secondary(at, here, key);
+  return result;
+}
+
+ShadingPoint Integrator::point(const geometry::Ray& ray, const accel::Hit& hit, double distance) const {
+  ShadingPoint at;
+  at.surface = accel::surface_at(scene_.world, ray, hit);
+  at.id = hit.surface;
+  at.material = &scene_.materials[scene_.item_material[hit.surface.item]];
+  at.view = ray.direction;
+  at.facing = dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
+  at.footprint = settings_.pixel_width.at_camera + settings_.pixel_width.per_distance * (distance + hit.t);
+  return at;
+}
+
+Color Integrator::unlit(const ShadingPoint& at, const Path& path) const {
+  Color result = at.material->emission;
+  if (path.depth == 0) result += scene_.ambient * at.material->ambient;
   return result;
 }
 
@@ -81,6 +118,25 @@ Color Integrator::direct(const ShadingPoint& at, const Color& weight, const samp
     sum += std::visit([&](const auto& light) { return lit_by(light, lighting, place); }, scene_.lights[i]);
   }
   return sum;
+}
+
+void Integrator::light_together(std::span<Lit> points) {
+  Together together(shadows_);
+  std::vector<Lighting> lightings;
+  lightings.reserve(points.size());
+  for (Lit& lit : points)
+    lightings.push_back({scene_, settings_.switches, *sampling_, is_canceled_, counters_, shadows_, lit.at, math::white,
+                         lit.sample->variance, &together, &lit.sum, lightings.size()});
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    if ((i + 1) % lights_between_looks == 0 && is_canceled_()) return;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      if (!points[k].at.material->is_lit) continue;
+      const LightPlace place{i, {points[k].ray->key, first_light + i}};
+      points[k].sum +=
+          std::visit([&](const auto& light) { return lit_by(light, lightings[k], place); }, scene_.lights[i]);
+    }
+    if (!points.empty()) together.finish(*sampling_, points.front().ray->key.at(first_light + i).bits());
+  }
 }
 
 Color Integrator::secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key) {

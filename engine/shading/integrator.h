@@ -34,9 +34,14 @@ class Integrator {
   };
   /// `ray.direction` is unit; `key` names the camera sample; every soft light gets `sampling`.
   Sample trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key);
-  /// The same where it is known what the ray meets.
-  Sample trace(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const DiscSampling& sampling,
-               const sampling::Key& key);
+  /// A camera ray, what it meets, and what names the camera sample.
+  struct CameraRay {
+    geometry::Ray ray;
+    std::optional<accel::Hit> hit;
+    sampling::Key key;
+  };
+  /// The same for up to accel::bundle_width of them, lit together.
+  void trace(std::span<const CameraRay> rays, const DiscSampling& sampling, Sample* samples);
   /// What up to accel::bundle_width camera rays at once meet, with a place for each to find.
   void camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits);
 
@@ -51,8 +56,13 @@ class Integrator {
   };
   Color radiance(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const Path& path,
                  const sampling::Key& key);
+  ShadingPoint point(const geometry::Ray& ray, const accel::Hit& hit, double distance) const;
   Color direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key);
+  /// What the surface sends out by itself, or of the ambient light.
+  Color unlit(const ShadingPoint& at, const Path& path) const;
   Color secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key);
+  struct Lit;
+  void light_together(std::span<Lit> points);
 
   const Scene& scene_;
   IntegratorSettings settings_;

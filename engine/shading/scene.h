@@ -61,6 +61,7 @@ struct Scene {
   std::vector<Light> lights;
   Color background, ambient;
   double extent = 0;                     // the largest coordinate of what is not infinite, for a scene with area lights
+  bool has_many_quadrics = false;        // of finite size
   double typical_edge = math::infinity;  // of triangles that no instances share: about as long as half of them
 };
 

@@ -6,12 +6,14 @@ namespace penumbra::shading {
 /// `shadow_bundles` or `lights_without_share`, and without `light_cells` where no light is an area light, the image is
 /// the same bit by bit; else within its estimated error.
 struct Switches {
-  bool shadow_candidates = true;     // one query of a light's whole cone instead of a ray per sample
-  bool shadow_outlines = true;       // the share of a disc that occluders hide from their outlines, not from samples
-  bool shadow_bundles = true;        // rays to one disc share their way through the structure
-  bool hidden_spheres = true;        // spheres that larger ones hide from a point cover nothing more of a light
-  bool exact_area_lights = true;     // a closed form where an area light is in full view
-  bool light_cells = true;           // points side by side share what may hide a light
+  bool shadow_candidates = true;  // one query of a light's whole cone instead of a ray per sample
+  bool shadow_outlines = true;    // the share of a disc that occluders hide from their outlines, not from samples
+  bool few_rays = true;           // where few samples are asked for, rays of many points in bundles, and nothing else
+  bool agreeing_rays = true;      // a few rays of points side by side that all agree speak for the rest of them
+  bool shadow_bundles = true;     // rays to one disc share their way through the structure
+  bool hidden_spheres = true;     // spheres that larger ones hide from a point cover nothing more of a light
+  bool exact_area_lights = true;  // a closed form where an area light is in full view
+  bool light_cells = true;        // points side by side share what may hide a light
   bool lights_without_share = true;  // no shadow is looked for where a light adds nothing
 };
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/math/color.h"
+#include "engine/sampling/halves.h"
 #include "engine/sampling/patterns.h"
 
 namespace penumbra::shading {
@@ -29,6 +30,20 @@ inline constexpr double spread_variance = 0.62;
 /// The same c for M chords, whose variance is about c·s(1 − s)·M^−3.
 inline constexpr double chord_variance = 0.46;
 
+/// A mean whose variance is modelled as `constant`·s(1 − s) / `count_to_the_power`, where s is the share that gets
+/// through. That `count` samples agree does not mean that all would: s is as far from 0 and 1 as half a sample more
+/// would put it.
+inline Visibility estimated(const sampling::Halves& halves, sampling::Halves::Order order, double constant,
+                            double count, double count_to_the_power) {
+  const Color mean = halves.mean();
+  const double least = 0.5 / (count + 1);
+  const auto variance = [&](double share) {
+    const double s = std::clamp(share, least, 1 - least);
+    return constant * s * (1 - s) / count_to_the_power;
+  };
+  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}, false};
+}
+
 /// The samples every disc light gets at a hit. Where its occluders are few and simple, chords that are as good as the
 /// points of the spiral: √N of them. Two at least and an even number of
 /// chords, so that halves tell the error.
@@ -37,6 +52,13 @@ struct DiscSampling {
       : spiral(std::max(2, samples)), chords(2 * std::max(1, static_cast<int>(std::ceil(0.5 * std::sqrt(samples))))) {}
   sampling::DiscSpiral spiral;
   sampling::DiscChords chords;
+  /// Of few samples, those that are taken first; of points side by side, each takes others.
+  std::size_t first_count() const { return std::max<std::size_t>(1, static_cast<std::size_t>(spiral.count()) / 4); }
+  bool is_first(std::size_t sample, std::size_t place) const {
+    const auto n = static_cast<std::size_t>(spiral.count()), step = n / first_count();
+    const std::size_t after = (sample + n - place % n) % n;
+    return after % step == 0 && after / step < first_count();
+  }
 };
 
 /// Somebody who cancels waits for so many samples of one light at most.

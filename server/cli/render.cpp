@@ -72,9 +72,11 @@ void check_writable(const std::string& path) {
 }
 
 std::map<std::string, bool*> switch_names(render::Switches& switches) {
-  return {{"camera-bundles", &switches.camera_bundles},
+  return {{"agreeing-rays", &switches.agreeing_rays},
+          {"camera-bundles", &switches.camera_bundles},
           {"empty-tiles", &switches.empty_tiles},
           {"exact-area-lights", &switches.exact_area_lights},
+          {"few-rays", &switches.few_rays},
           {"shadow-bundles", &switches.shadow_bundles},
           {"hidden-spheres", &switches.hidden_spheres},
           {"light-cells", &switches.light_cells},

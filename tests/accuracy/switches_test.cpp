@@ -38,9 +38,10 @@ bool has_area_lights(const api::JobRequest& job) {
 
 enum class Same { always, without_area_lights, within_error };
 
-void check(const char* what, bool render::Switches::*part, Same same, const char* counter) {
+void check(const char* what, bool render::Switches::*part, Same same, const char* counter, int shadow_samples = 16) {
   std::uint64_t count = 0;
-  for (const auto& [name, job] : jobs()) {
+  for (auto& [name, job] : jobs()) {
+    job.options.shadow_samples = shadow_samples;
     render::Switches without;
     without.*part = false;
     const render::Picture on = test::render(job), off = test::render(job, without);
@@ -65,11 +66,17 @@ constexpr bool render::Switches::*of_shading = static_cast<bool render::Switches
 
 TEST_CASE("what is skipped for certain changes no pixel") {
   check("light cells", of_shading<&shading::Switches::light_cells>, Same::without_area_lights, "lights_from_cells");
-  check("camera bundles", &render::Switches::camera_bundles, Same::always, "camera_rays_bundled");
-  check("shadow bundles", of_shading<&shading::Switches::shadow_bundles>, Same::always, "shadow_rays_bundled");
+  for (const int samples : {4, 16})
+    check("camera bundles", &render::Switches::camera_bundles, Same::always, "camera_rays_bundled", samples);
+  for (const int samples : {4, 16})
+    check("shadow bundles", of_shading<&shading::Switches::shadow_bundles>, Same::always, "shadow_rays_bundled",
+          samples);
   check("hidden spheres", of_shading<&shading::Switches::hidden_spheres>, Same::always, "hidden_spheres");
-  for (const char* counter : {"lights_facing_away", "lights_without_effect"})
-    check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always, counter);
+  for (const char* counter : {"lights_facing_away", "lights_without_effect"}) {
+    for (const int samples : {4, 16})
+      check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always, counter,
+            samples);
+  }
   check("empty tiles", &render::Switches::empty_tiles, Same::always, "empty_tiles");
 }
 
@@ -112,5 +119,10 @@ TEST_CASE("what replaces samples stays within the estimated error") {
   check("shadow outlines", of_shading<&shading::Switches::shadow_outlines>, Same::within_error, "shadow_rays_covered");
   check("exact area lights", of_shading<&shading::Switches::exact_area_lights>, Same::within_error,
         "area_samples_exact");
+  for (const int samples : {2, 4, 8}) {
+    check("few rays", of_shading<&shading::Switches::few_rays>, Same::within_error, "lights_from_few_rays", samples);
+    check("agreeing rays", of_shading<&shading::Switches::agreeing_rays>, Same::within_error, "shadow_rays_agreed",
+          samples);
+  }
   check("merged lights", &render::Switches::merge_lights, Same::within_error, "merged_lights");
 }

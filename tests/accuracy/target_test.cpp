@@ -8,6 +8,7 @@
 
 #include "tests/accuracy/estimate_scenes.h"
 #include "tests/support/picture.h"
+#include "tests/support/scenes.h"
 
 using namespace penumbra;
 
@@ -87,6 +88,27 @@ TEST_CASE("with a target the true error stays below it, and the estimate tells i
                       named.name, target, error, error / target, std::sqrt(truth.squared_noise), estimate,
                       estimate / error, picture.stats.rays.camera + picture.stats.rays.shadow));
       CHECK(error <= 1.1 * target);
+      CHECK(estimate >= 0.5 * error);
+      CHECK(estimate <= 2 * error);
+    }
+  }
+}
+
+TEST_CASE("the target is the picture's: no pixel is told better than the whole asks for") {
+  for (const char* name : {"cow", "thousand-spheres"}) {
+    api::JobRequest job = test::example(name);
+    job.options.width = 240, job.options.height = 180, job.options.samples_per_pixel = 1;
+    job.scene.lights = {scene::PointLight{{6, 12, 8}, math::grey(0.9), {}, 2.5}};
+    const test::Reference truth = truth_of(job);
+    job.options.shadow_samples = 4096;
+    for (const double target : {1e-2, 3e-3}) {
+      job.options.target_error = target;
+      const render::Picture picture = test::render(job);
+      const double error = test::rmse(picture.film->rgb, truth.mean), estimate = picture.stats.estimated_error;
+      MESSAGE(fmt::format("{}, target {}: RMSE {:.2f} of the target, estimated {:.2f} of the RMSE", name, target,
+                          error / target, estimate / error));
+      CHECK(error <= 1.1 * target);
+      CHECK(error >= 0.3 * target);
       CHECK(estimate >= 0.5 * error);
       CHECK(estimate <= 2 * error);
     }

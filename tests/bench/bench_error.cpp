@@ -208,6 +208,20 @@ int bench(const Arguments& arguments) {
                          {1, 4, 16, 64, 256, 1024, 4096},
                          {},
                          {}});
+  // Budgets of this one are targets: the error asked for, in steps of half an order.
+  contestants.push_back({"penumbra target",
+                         "penumbra target",
+                         [&](int half_orders, std::uint64_t seed) {
+                           scene::Options options = job.options;
+                           options.shadow_samples = 4096, options.seed = seed;
+                           options.target_error = 0.1 * std::pow(10, -0.5 * half_orders);
+                           render::Control control;
+                           auto picture = render::render(description, options, pool, control);
+                           return std::pair(*picture->film, picture->stats.render_s);
+                         },
+                         {1, 2, 3, 4},
+                         {},
+                         {}});
   add_embree(description, flat, embree, robust, arguments, contestants);
   if (!arguments.only.empty()) {
     std::erase_if(contestants, [&](const Contestant& c) { return c.name != arguments.only; });

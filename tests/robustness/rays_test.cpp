@@ -176,17 +176,18 @@ TEST_CASE("rays in a bundle find what they find alone") {
         const Vec3 apex = random.direction() * random.between(0.5, i % 7 == 0 ? 200 : 6);
         const Vec3 target = random.in_cube(2), spread = random.in_cube(i % 3 == 0 ? 6 : 0.3);
         const double limit = i % 4 == 0 ? math::infinity : random.between(0.3, 1.5);
-        const accel::SurfaceId self{static_cast<std::uint32_t>(random.below(100)), 0};
         const auto count = static_cast<std::size_t>(1 + random.below(accel::bundle_width));
+        std::vector<accel::SurfaceId> selves;
         std::vector<geometry::Ray> rays;
         std::vector<geometry::PreparedRay> prepared;
         for (std::size_t k = 0; k < count; ++k) {
           const Vec3 from = i % 5 == 0 ? apex + random.in_cube(1e-9) : apex;
-          rays.push_back({from, target + spread * random.between(-1, 1) + random.in_cube(0.1) - from, self});
+          selves.push_back({static_cast<std::uint32_t>(random.below(100)), 0});
+          rays.push_back({from, target + spread * random.between(-1, 1) + random.in_cube(0.1) - from, selves.back()});
           prepared.emplace_back(rays.back().origin, rays.back().direction);
         }
         std::array<accel::Crossed, accel::bundle_width> together;
-        const unsigned found = cross_transparent(scene.world, prepared, self, limit, together.data());
+        const unsigned found = cross_transparent(scene.world, {prepared, selves.data()}, limit, together.data());
         for (std::size_t k = 0; k < count; ++k) {
           accel::Crossed alone;
           const bool is_through = cross_transparent(scene.world, rays[k], limit, alone);
@@ -196,7 +197,7 @@ TEST_CASE("rays in a bundle find what they find alone") {
           crossed_items += is_through ? static_cast<int>(alone.sorted().size()) : 0;
         }
         std::array<std::optional<accel::Hit>, accel::bundle_width> hits;
-        closest_hits(scene.world, prepared, self, hits.data());
+        closest_hits(scene.world, {prepared, selves.data()}, hits.data());
         for (std::size_t k = 0; k < count; ++k) {
           const auto alone = closest_hit(scene.world, rays[k]);
           nearest += alone ? 1 : 0;

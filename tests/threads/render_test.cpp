@@ -154,6 +154,33 @@ TEST_CASE("progress never falls, previews fill up, and a watcher may look at any
   CHECK(control.preview().rgb == picture->film->rgb);
 }
 
+TEST_CASE("a preview shows the whole frame while hardly anything is rendered") {
+  api::JobRequest job = test::zoo();
+  job.scene.background = {0.2, 0.3, 0.5};
+  job.options.width = 640, job.options.height = 480;
+  api::JobRequest quick = job;
+  quick.options.shadow_samples = 4;
+  const auto ought = rendered(quick);
+  job.options.samples_per_pixel = 64, job.options.shadow_samples = 64;
+  system::Pool pool(2);
+  render::Control control;
+  render::Film seen;
+  double percent = 0;
+  std::jthread watcher([&] {
+    const auto is_whole = [&] {
+      seen = control.preview();
+      percent = control.percent();
+      return seen.width > 0 && std::ranges::none_of(seen.rgb, [](float value) { return value == 0; });
+    };
+    while (!is_whole() && percent < 50) std::this_thread::yield();
+    control.cancel();
+  });
+  CHECK_FALSE(render::render(job.scene, job.options, pool, control));
+  watcher.join();
+  CHECK(percent < 2);
+  CHECK(rmse(seen, *ought.film) < 0.15);
+}
+
 TEST_CASE("a cancel stops the render within a tile row, wherever it is") {
   api::JobRequest job = test::zoo();
   job.options.width = job.options.height = 2000;

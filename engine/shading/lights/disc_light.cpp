@@ -30,9 +30,10 @@ Color lit_by(const DiscLight& light, const Lighting& lighting, const LightPlace&
   const Color share = filtered(light.intensity * (1 / std::max(divisor, 1e-300)), lobe);
   if (lighting.skip_if(math::is_black(share), &Counters::lights_without_effect)) return math::black;
   const bool is_disc = light.radius > 0;
-  shadows::Sight sight = lighting.shadows.aim(at, place.index, {light.position, light.radius}, is_disc);
+  shadows::Sight sight =
+      lighting.shadows.aim(at, place.index, {light.position, light.radius}, is_disc ? &lighting.sampling : nullptr);
   if (!is_disc) return filtered(share, sight.transmittance(towards, 1));
-  return lighting.visible(share, sight.disc({towards, l, light.radius}, lighting.sampling, place.samples));
+  return lighting.through(share, sight, {towards, l, light.radius}, place.samples);
 }
 
 }  // namespace penumbra::shading

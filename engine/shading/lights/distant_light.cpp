@@ -13,10 +13,10 @@ Color lit_by(const DistantLight& light, const Lighting& lighting, const LightPla
   const Color share = filtered(light.intensity, lobe_towards(at, light.direction));
   if (lighting.skip_if(math::is_black(share), &Counters::lights_without_effect)) return math::black;
   const bool is_disc = light.tangent > 0;
-  shadows::Sight sight = lighting.shadows.aim(at, place.index, {towards, light.tangent, true}, is_disc);
+  shadows::Sight sight =
+      lighting.shadows.aim(at, place.index, {towards, light.tangent, true}, is_disc ? &lighting.sampling : nullptr);
   if (!is_disc) return filtered(share, sight.transmittance(towards, math::infinity));
-  const shadows::SeenDisc disc{towards, towards, light.tangent, true};
-  return lighting.visible(share, sight.disc(disc, lighting.sampling, place.samples));
+  return lighting.through(share, sight, {towards, towards, light.tangent, true}, place.samples);
 }
 
 }  // namespace penumbra::shading

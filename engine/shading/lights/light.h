@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <functional>
 
 #include "engine/math/color.h"
@@ -14,6 +15,8 @@
 /// file beside this one; the compiler names the rest.
 namespace penumbra::shading {
 
+class Together;
+
 /// What all lights at a point of a path share.
 struct Lighting {
   const Scene& scene;
@@ -23,8 +26,11 @@ struct Lighting {
   Counters& counters;
   shadows::Shadows& shadows;
   const ShadingPoint& at;
-  const Color& weight;  // what share of the point's light arrives at the camera
-  Variance& variance;   // of what arrives there, added up
+  const Color& weight;           // what share of the point's light arrives at the camera
+  Variance& variance;            // of what arrives there, added up
+  Together* together = nullptr;  // points side by side that are lit together
+  Color* sum = nullptr;          // what that adds to
+  std::size_t place = 0;         // of the point among those
 
   /// Counts a light that adds nothing, unless such work is to be done; true if no more is to be done about it.
   bool skip_if(bool adds_nothing, Count Counters::*counter) const;
@@ -32,6 +38,32 @@ struct Lighting {
   void skip_samples(Count Counters::*counter) const;
   /// `share` × the light through a visibility; accounts for its variance.
   Color visible(const Color& share, const Visibility& visibility) const;
+  /// `share` × what is seen of a disc; black if it is added later, by `together`.
+  Color through(const Color& share, shadows::Sight sight, const shadows::SeenDisc& disc,
+                const sampling::Place& samples) const;
+};
+
+/// Soft lights of points side by side that wait for their samples, to take them together; one light at a time.
+class Together {
+ public:
+  explicit Together(shadows::Shadows& shadows) : shadows_(shadows) {}
+  /// `share` × what is seen of the disc, to be added to the lighting's sum. bundle_width of them at most.
+  void add(const shadows::SampledDisc& disc, const Color& share, const Lighting& lighting);
+  /// A point sees all of the light for certain, or nothing of it.
+  void note(bool is_lit) { ++(is_lit ? votes_.lit : votes_.dark); }
+  /// Adds all of them to their sums. `name` is of these points and this light.
+  void finish(const DiscSampling& sampling, std::uint64_t name);
+
+ private:
+  struct Waiting {
+    Color share;
+    const Lighting* lighting;
+  };
+  shadows::Shadows& shadows_;
+  shadows::Votes votes_;
+  std::size_t count_ = 0;
+  std::array<shadows::SampledDisc, accel::bundle_width> discs_;
+  std::array<Waiting, accel::bundle_width> waiting_;
 };
 
 /// A light of the scene: its index, and the place of its samples.

@@ -71,7 +71,7 @@ Color lit_by(const RectangleLight& light, const Lighting& lighting, const LightP
   const Vec3 diagonal = (light.edge_u + light.edge_v) * 0.5;
   const double half_width =
       std::max(math::length(diagonal), math::length(light.edge_u - light.edge_v) * 0.5) * (1 + math::gamma(64));
-  Sight sight = lighting.shadows.aim(at, place.index, {light.corner + diagonal, half_width}, false);
+  Sight sight = lighting.shadows.aim(at, place.index, {light.corner + diagonal, half_width});
   const Sight::Verdict verdict = sight.classify(corners);
   if (verdict == Sight::Verdict::dark) return lighting.skip_samples(&Counters::shadow_rays_dark), math::black;
   const auto exact_diffuse = [&]() -> std::optional<Color> {

@@ -62,7 +62,7 @@ Color lit_by(const SphereLight& light, const Lighting& lighting, const LightPlac
   if (!(dot(at.facing, axis) > lifted - light.radius))
     return lighting.skip_if(true, &Counters::lights_facing_away), math::black;
   const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
-  Sight sight = lighting.shadows.aim(at, place.index, {light.center, light.radius}, false);
+  Sight sight = lighting.shadows.aim(at, place.index, {light.center, light.radius});
   const std::uint32_t ignored = lighting.switches.exact_area_lights ? light.lamp : accel::no_item;
   const Sight::Verdict verdict = cone ? classify(*cone, sight, ignored) : Sight::Verdict::unknown;
   if (verdict == Sight::Verdict::dark) return lighting.skip_samples(&Counters::shadow_rays_dark), math::black;

@@ -58,7 +58,7 @@ Color Sight::transmittance_of_sample(Verdict verdict, const Vec3& towards, doubl
     if (count > 0 && candidate.is_opaque) return math::black;
     for (int i = 0; i < count; ++i) crossed.add(candidate.surface.item);
   }
-  return own * through_items(crossed.sorted());
+  return own * shadows_.through_items(crossed.sorted());
 }
 
 }  // namespace penumbra::shading::shadows

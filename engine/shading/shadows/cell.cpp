@@ -131,7 +131,13 @@ std::optional<HalfSpaces> hull(const RoundCell& cell, const Target& target) {
 class CellContents::Search {
  public:
   Search(const World& world, const FlatCell& cell, const Target& target, const SurfaceId& self, CellContents& found)
-      : world_(world), cell_(cell), target_(target), self_(self), found_(found), reach_(reach_of(cell, target)) {}
+      : world_(world),
+        cell_(cell),
+        target_(target),
+        self_(self),
+        found_(found),
+        reach_(reach_of(cell, target)),
+        least_cover_(least_cover(cell, target)) {}
 
   Verdict run() {
     const std::optional<HalfSpaces> region = hull(cell_, target_);
@@ -179,9 +185,19 @@ class CellContents::Search {
            });
   }
 
+  /// Between cell and target their hull is nowhere narrower than the narrower of both: what hides the target from all
+  /// of the cell has an edge longer than half of that, along some axis.
+  static double least_cover(const FlatCell& cell, const Target& target) {
+    const auto edge = [&](std::size_t i) { return math::length(cell.corners[i + 1] - cell.corners[i]); };
+    return target.is_infinite ? 0 : 0.25 * std::min({edge(0), edge(1), 2 * target.radius});
+  }
+
   /// From every corner, and so from all points between, the triangle hides the whole target: what a segment's end is to
   /// all corners maps them to a convex set in the triangle's plane.
   bool covers(const geometry::TriangleVertices& triangle) const {
+    const Vec3 extent = math::max(triangle.v0, math::max(triangle.v1, triangle.v2)) -
+                        math::min(triangle.v0, math::min(triangle.v1, triangle.v2));
+    if (math::max_component(extent) < least_cover_) return false;
     const Vec3 normal = geometry::normal_of(triangle);
     const Vec3 vertex[3]{triangle.v0, triangle.v1, triangle.v2};
     const double size = std::max({reach_, math::max_component(abs(triangle.v0)), math::max_component(abs(triangle.v1)),
@@ -219,7 +235,7 @@ class CellContents::Search {
   const Target& target_;
   const SurfaceId& self_;
   CellContents& found_;
-  double reach_;
+  double reach_, least_cover_;
   std::size_t met_ = 0;
   bool is_dark_ = false;
 };

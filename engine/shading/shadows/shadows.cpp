@@ -15,23 +15,10 @@ using math::dot;
 /// and sooner where triangles are finer than pixels, and no point is like the next.
 constexpr std::size_t edges_per_chord = 32, fine_edges_per_chord = 4;
 
-/// Modelled as `constant`·s(1 − s) / `count_to_the_power`, where s is the share that gets through. That `count` samples
-/// agree does not mean that all would: s is as far from 0 and 1 as half a sample more would put it.
-Visibility with_variance(const sampling::Halves& halves, sampling::Halves::Order order, double constant, double count,
-                         double count_to_the_power) {
-  const Color mean = halves.mean();
-  const double least = 0.5 / (count + 1);
-  const auto variance = [&](double share) {
-    const double s = std::clamp(share, least, 1 - least);
-    return constant * s * (1 - s) / count_to_the_power;
-  };
-  return {mean, {halves.variance(order), {variance(mean.r), variance(mean.g), variance(mean.b)}}, false};
-}
-
 }  // namespace
 
-Sight Shadows::aim(const ShadingPoint& at, std::size_t light, const Target& target, bool is_disc) {
-  const bool has_outline = is_disc && switches_.shadow_candidates;
+Sight Shadows::aim(const ShadingPoint& at, std::size_t light, const Target& target, const DiscSampling* of_disc) {
+  const bool has_outline = of_disc != nullptr && !samples_alone(at, *of_disc);
   const CellContents* cell = switches_.light_cells ? cells_.find(at, light, target, has_outline) : nullptr;
   if (cell != nullptr && cell->tells_something()) ++counters_.lights_from_cells;
   return {*this, at, cell};
@@ -39,11 +26,10 @@ Sight Shadows::aim(const ShadingPoint& at, std::size_t light, const Target& targ
 
 Visibility Sight::disc(const SeenDisc& disc, const DiscSampling& sampling, const sampling::Place& place) {
   if (shared() == Shared::lit || shared() == Shared::dark) return all(shared() == Shared::lit, sampling);
-  const math::Frame frame = math::frame_around(disc.normal);
-  const Vec3 u = frame.u * disc.radius, v = frame.v * disc.radius;
+  const DiscView from_point = view_of(disc);
+  const Vec3 &u = from_point.u, &v = from_point.v;
   const sampling::Key key = place.key();
-  if (!shadows_.switches_.shadow_candidates)
-    return sample({at_.surface.position, disc.axis, u, v, disc.is_infinite}, sampling, key);
+  if (shadows_.samples_alone(at_, sampling)) return sample(from_point, sampling, key);
 
   const double fu = dot(at_.facing, u), fv = dot(at_.facing, v);
   const double height = dot(at_.facing, disc.axis) - std::sqrt(fu * fu + fv * fv);
@@ -66,7 +52,16 @@ Visibility Sight::disc(const SeenDisc& disc, const DiscSampling& sampling, const
                             : find_covers(view, !is_above_horizon);
   if (covers == Covers::dark) return told(all(false, sampling));
   if (covers == Covers::listed) return told(sweep(disc, view, sampling, key));
-  return sample({at_.surface.position, disc.axis, u, v, disc.is_infinite}, sampling, key);
+  return sample(from_point, sampling, key);
+}
+
+DiscView Sight::view_of(const SeenDisc& disc) const {
+  const math::Frame frame = math::frame_around(disc.normal);
+  return {at_.surface.position, disc.axis, frame.u * disc.radius, frame.v * disc.radius, disc.is_infinite};
+}
+
+SampledDisc Sight::sampled(const SeenDisc& disc, const sampling::Place& place) const {
+  return {&at_, view_of(disc), sampling::DiscSpiral::turn(place.key())};
 }
 
 Visibility Sight::all(bool is_lit, const DiscSampling& sampling) {
@@ -89,16 +84,8 @@ Visibility Sight::sweep(const SeenDisc& disc, const DiscView& view, const DiscSa
   }
   counters_.shadow_rays_covered += count;
   const double chords = sampling.chords.count();
-  return with_variance(halves, sampling::Halves::chords(sampling.chords.count()), chord_variance, chords,
-                       chords * chords * chords);
-}
-
-Visibility Sight::sample(const DiscView& disc, const DiscSampling& sampling, const sampling::Key& key) {
-  cast(disc, sampling, sampling::DiscSpiral::turn(key));
-  sampling::Halves halves;  // every second point of the spiral makes a spiral again
-  for (std::size_t i = 0; i < shadows_.transmittances_.size(); ++i) halves.add(i % 2 == 1, shadows_.transmittances_[i]);
-  const double n = sampling.spiral.count();
-  return with_variance(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
+  return estimated(halves, sampling::Halves::chords(sampling.chords.count()), chord_variance, chords,
+                   chords * chords * chords);
 }
 
 void Sight::gather(const DiscView& view, bool is_above_horizon, const DiscSampling& sampling) {

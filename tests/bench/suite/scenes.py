@@ -179,6 +179,56 @@ def rings(layers=7):
     return job
 
 
+def knot(triangles, name, has_floor):
+    """A torus knot (2, 3), smoothly curved."""
+    across = max(8, round(math.sqrt(triangles / 24)))
+    along = triangles // (2 * across)
+    t = np.arange(along) * 2 * math.pi / along
+    ring = 0.8 + 0.35 * np.cos(3 * t)
+    path = np.stack([ring * np.cos(2 * t), 0.45 * np.sin(3 * t), ring * np.sin(2 * t)], 1)
+    tangent = np.roll(path, -1, 0) - np.roll(path, 1, 0)
+    tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+    side = np.cross(tangent, path - 0.01)
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    up = np.cross(side, tangent)
+    angle = np.arange(across) * 2 * math.pi / across
+    positions = (path[:, None] + 0.16 * (np.cos(angle)[None, :, None] * side[:, None] + np.sin(angle)[None, :, None] * up[:, None])).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(along), np.arange(across), indexing="ij")
+    corner = lambda di, dj: ((i + di) % along * across + (j + dj) % across).ravel()
+    a, b, c, d = corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)
+    faces = np.concatenate([np.stack([a, c, b], 1), np.stack([a, d, c], 1)])
+    objects = [mesh(positions, faces, matte(0.75, 0.6, 0.5))]
+    if has_floor:
+        objects.append(floor(-0.75, 8, matte(0.6, 0.65, 0.7)))
+    return body(name, camera((0.6, 2.2, 3.2), (0, -0.1, 0), 42), objects, [light((2.5, 4, 1.5), 0.5, 0.6), light((-3, 3, 1), 0.4, 0.4)])
+
+
+def city(edge=24):
+    """Boxes of all heights, long shadows."""
+    chance = random.Random(3)
+    unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    faces = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [1, 5, 7], [1, 7, 3], [0, 2, 6], [0, 6, 4]])
+    boxes = {}
+    for i, j in itertools.product(range(edge), repeat=2):
+        size = np.array([0.62, 0.3 + 2.5 * chance.random() ** 3, 0.62])
+        boxes.setdefault(chance.randrange(4), []).append(unit * size + [i - edge / 2, 0, j - edge / 2])
+    meshes = [mesh(np.concatenate(some), np.concatenate([faces + 8 * k for k in range(len(some))]), matte(0.75 - 0.1 * m, 0.65, 0.45 + 0.1 * m))
+              for m, some in sorted(boxes.items())]
+    return body("city", camera((9, 7, 13), (0, 0, 0), 40), [*meshes, floor(0, 30, matte(0.6, 0.6, 0.62))],
+                [light((14, 16, 3), 1.2, 0.9)], background=0.3)
+
+
+def bubbles(count=2000):
+    """Balls of all sizes in a box of air."""
+    chance = random.Random(5)
+    objects = [floor(-1.6, 12, matte(0.65, 0.65, 0.7))]
+    for _ in range(count):
+        center = [chance.uniform(-1.5, 1.5) for _ in range(3)]
+        objects.append({"type": "sphere", "center": center, "radius": 0.02 + 0.12 * chance.random() ** 4,
+                        "material": matte(*(0.4 + 0.5 * chance.random() for _ in range(3)))})
+    return body("bubbles", camera((2.4, 1.6, 4.2), (0, -0.2, 0), 45), objects, [light((3, 5, 2), 0.5, 0.6), light((-4, 4, 3), 0.5, 0.4)])
+
+
 SCENES = {
     "room-flat": lambda: on_disk("room-flat"),
     "teapot": lambda: on_disk("teapot", radius=8),
@@ -188,6 +238,9 @@ SCENES = {
     "tetra": tetra,
     "mount": mount,
     "rings": rings,
+    "knot": lambda: knot(200_000, "knot", False),
+    "city": city,
+    "bubbles": bubbles,
 }
 
 

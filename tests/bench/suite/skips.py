@@ -10,13 +10,16 @@ from suite import scenes
 from suite.common import BIN, print_table, save
 
 RUNS = 5
-# The part, what it counts, and scenes (of the benchmark, the predecessor, or clients/scenes) that have something to skip.
+# The part, what it counts, scenes (of the benchmark, the predecessor, or clients/scenes) that have something to skip, and shadow
+# samples, if not 64.
 SKIPS = [
     ("shadow-candidates", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake"]),
     ("shadow-outlines", "shadow_rays_covered", ["room-flat", "bunny-1", "sphereflake"]),
     ("light-cells", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake", "light-triangles-many"]),
     ("camera-bundles", "camera_rays_bundled", ["room-flat", "sphereflake", "bunny-1"]),
     ("shadow-bundles", "shadow_rays_bundled", ["glass-and-mirrors"]),
+    ("few-rays", "lights_from_few_rays", ["bunny-1", "sphereflake"], 4),
+    ("agreeing-rays", "shadow_rays_agreed", ["bunny-1", "sphereflake"], 4),
     ("hidden-spheres", "hidden_spheres", ["sphereflake", "thousand-spheres"]),
     ("lights-without-share", "lights_without_effect", ["room-flat", "light-triangles-spot"]),
     ("exact-area-lights", "area_samples_exact", ["cow"]),
@@ -25,9 +28,9 @@ SKIPS = [
 ]
 
 
-def render(job, image, without=()):
+def render(job, image, samples, without=()):
     stats = image.with_suffix(".json")
-    command = [BIN / "penumbra", "render", job, "-o", image, "--set", "transfer=linear",
+    command = [BIN / "penumbra", "render", job, "-o", image, "--set", "transfer=linear", "--set", f"shadow_samples={samples}",
                "--stats", stats, *(word for part in without for word in ("--without", part))]
     subprocess.run([*map(str, command)], check=True, stderr=subprocess.DEVNULL)
     return json.loads(stats.read_text())
@@ -52,10 +55,10 @@ def skips():
     table = []
     with tempfile.TemporaryDirectory() as folder:
         on_image, off_image = Path(folder) / "on.exr", Path(folder) / "off.exr"
-        for part, counter, names in SKIPS:
+        for part, counter, names, *samples in SKIPS:
             for scene in names:
                 job = job_file(scene, folder)
-                runs = [(render(job, on_image), render(job, off_image, [part])) for _ in range(RUNS)]
+                runs = [(render(job, on_image, *samples or [64]), render(job, off_image, *samples or [64], [part])) for _ in range(RUNS)]
                 on, off = (statistics.median(run[which]["render_s"] for run in runs) for which in (0, 1))
                 stats = runs[0][0]
                 entry = {"without": part, "scene": scene, "on_s": on, "off_s": off, "counter": counter,
