@@ -187,3 +187,19 @@ TEST_CASE("of opaque flats in one plane the first in the scene is met, and any b
     CHECK_MESSAGE(wrong == 0, "scene ", i);
   }
 }
+
+TEST_CASE("what stands outside a lamp hides nothing from whoever is inside it") {
+  const auto picture = [](const std::string& more) {
+    const api::JobRequest job = api::parse_job(R"({"scene": {
+      "camera": {"position": [0.3, 0.9, 0.4], "look_at": [0.1, 0, 0], "vertical_fov": 40},
+      "objects": [{"type": "polygon", "vertices": [[-2, 0, -2], [-2, 0, 2], [2, 0, 2], [2, 0, -2]]})" +
+                                               more + R"(],
+      "lights": [{"type": "sphere", "center": [0, 0.1, 0], "radius": 1.5, "intensity": 0.2}]},
+      "options": {"width": 24, "height": 24, "shadow_samples": 16, "transfer": "linear"}})");
+    return test::render(job).film->rgb;
+  };
+  const auto alone = picture(""),
+             roofed = picture(R"(, {"type": "sphere", "center": [0.4, 1.95, 0.1], "radius": 0.3})");
+  CHECK(test::rmse(alone, roofed) < 1e-6);
+  CHECK(*std::ranges::max_element(alone) > 0.1f);
+}

@@ -16,7 +16,7 @@ using render::Switches;
 struct Part {
   const char* name;
   bool Switches::*flag;
-  enum class Same { always, without_area_lights, within_error } same;
+  enum class Same { always, unless_weighed, within_error } same;
 };
 
 template <bool shading::Switches::*part>
@@ -30,7 +30,7 @@ constexpr std::array parts{Part{"shadow_candidates", of_shading<&shading::Switch
                            Part{"shadow_bundles", of_shading<&shading::Switches::shadow_bundles>, always},
                            Part{"hidden_spheres", of_shading<&shading::Switches::hidden_spheres>, always},
                            Part{"exact_area_lights", of_shading<&shading::Switches::exact_area_lights>, within_error},
-                           Part{"light_cells", of_shading<&shading::Switches::light_cells>, without_area_lights},
+                           Part{"light_cells", of_shading<&shading::Switches::light_cells>, unless_weighed},
                            Part{"lights_without_share", of_shading<&shading::Switches::lights_without_share>, always},
                            Part{"merge_lights", &Switches::merge_lights, within_error},
                            Part{"camera_bundles", &Switches::camera_bundles, always},
@@ -112,7 +112,9 @@ bool differs(const Values& a, const Values& b) {
 
 void check_switches(const api::JobRequest& job, Renderer& renderer, const Values& rgb, Report& report) {
   for (const Part& part : parts) {
-    if (part.same == within_error || (part.same == without_area_lights && has_area_lights(job))) continue;
+    if (part.same == within_error) continue;
+    // With a target, what is known for certain has a say in how many samples others get.
+    if (part.same == unless_weighed && (has_area_lights(job) || job.options.target_error)) continue;
     Renderer::Change change;
     change.switches.*part.flag = false;
     const Values other = renderer(change).film->rgb;
