@@ -12,6 +12,8 @@ namespace {
 using math::Color;
 
 constexpr std::uint64_t block_place = 3;
+/// Pixels farther apart than this have too little in common to look for it.
+constexpr int widest_stride_of_cells = 4;
 constexpr std::uint64_t blocks_per_check = 4;
 
 }  // namespace
@@ -54,12 +56,18 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
 }
 
 shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_stopped) const {
-  return {scene_, {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches_}, is_stopped};
+  return integrator(is_stopped, stride_ <= widest_stride_of_cells);
+}
+
+shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_stopped, bool has_neighbours) const {
+  shading::Switches switches = switches_;
+  switches.light_cells = switches.light_cells && has_neighbours;
+  return {scene_, {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches}, is_stopped};
 }
 
 void PixelSampler::prepare(const std::function<bool()>& is_stopped) {
   if (!refiner_ || samples_per_pixel_ > 1 || camera_.has_lens()) return;
-  shading::Integrator looking = integrator(is_stopped);
+  shading::Integrator looking = integrator(is_stopped, false);
   refiner_->look_at_picture(options_.width, options_.height, looking);
 }
 

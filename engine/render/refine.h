@@ -47,6 +47,7 @@ class PixelSampler {
   shading::Integrator integrator(const std::function<bool()>& is_stopped) const;
 
  private:
+  shading::Integrator integrator(const std::function<bool()>& is_stopped, bool has_neighbours) const;
   std::vector<Pixel> sample_blocks(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
                                    shading::Integrator& integrator) const;
   Pixel with_camera_samples(int column, int row, shading::Integrator& integrator) const;

@@ -18,7 +18,7 @@ constexpr double least_gain = 2, greatest_gain = 4;
 constexpr double of_picture = 0.5;
 /// One of so many pixels that end is looked at once more, and tells what all of them are off by; of small pictures more
 /// are, for few tell little.
-constexpr std::uint64_t least_per_check = 2, most_per_check = 12, pixels_of_each = 8192, check_place = 4;
+constexpr std::uint64_t least_per_check = 2, most_per_check = 32, pixels_of_each = 16384, check_place = 4;
 /// A pixel goes on after all where the second half of its samples shows so many times the variance that was asked for.
 constexpr double revoking = 2;
 
@@ -175,8 +175,9 @@ void TileRefiner::look_at_picture(int width, int height, shading::Integrator& in
     const auto part = [&](double step) { return std::fmod(0.5 + step * (i + 1), 1.0); };
     const int column = static_cast<int>(part(0.7548776662466927) * columns) * across;
     const int row = static_cast<int>(part(0.5698402909980532) * height);
-    rays_.centers(column, row, std::span(centers).subspan(static_cast<std::size_t>(i * across), across), false,
-                  integrator);
+    rays_.centers(column, row,
+                  std::span(centers).subspan(static_cast<std::size_t>(i) * static_cast<std::size_t>(across), across),
+                  false, integrator);
   }
   // Whoever stops is as far off as the next look shows: its own samples had a say in that it stops.
   std::vector<Look> looks;
