@@ -165,6 +165,7 @@ TEST_CASE("a preview shows the whole frame while hardly anything is rendered") {
   system::Pool pool(2);
   render::Control control;
   render::Film seen;
+  constexpr double most_percent = 2;
   double percent = 0;
   std::jthread watcher([&] {
     const auto is_whole = [&] {
@@ -172,12 +173,12 @@ TEST_CASE("a preview shows the whole frame while hardly anything is rendered") {
       percent = control.percent();
       return seen.width > 0 && std::ranges::none_of(seen.rgb, [](float value) { return value == 0; });
     };
-    while (!is_whole() && percent < 50) std::this_thread::yield();
+    while (!is_whole() && percent < most_percent) std::this_thread::yield();
     control.cancel();
   });
   CHECK_FALSE(render::render(job.scene, job.options, pool, control));
   watcher.join();
-  CHECK(percent < 2);
+  CHECK(percent < most_percent);
   CHECK(rmse(seen, *ought.film) < 0.15);
 }
 
