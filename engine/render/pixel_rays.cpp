@@ -10,21 +10,29 @@ namespace {
 
 using math::Color;
 
-constexpr int pixels_per_lens_check = 8;
+constexpr int pixels_per_lens_check = 4;
 constexpr std::uint64_t pattern_place = 1, lens_check_place = 2, first_sample_place = 16;
 
-/// What `of_lane` makes of each place in a bundle.
-template <class OfLane>
+/// What `of_lane` makes of each of `width` places.
+template <std::size_t width, class OfLane>
 auto for_each_lane(const OfLane& of_lane) {
   return [&]<std::size_t... lane>(std::index_sequence<lane...>) { return std::array{of_lane(lane)...}; }
-  (std::make_index_sequence<accel::bundle_width>());
+  (std::make_index_sequence<width>());
 }
 
 }  // namespace
 
 double squared_error(const Color& value, const Color& variance) {
   const auto channel = [](double v, double variance_of_v) {
-    return v - 3 * std::sqrt(variance_of_v) > 1 ? 0 : variance_of_v;
+    if (!(variance_of_v > 0)) return variance_of_v;
+    // What clamping leaves of a normally distributed error, within a few hundredths.
+    const double above = (v - 1) / std::sqrt(variance_of_v);
+    if (above < 0) {
+      const double near = std::max(0.0, 1 + above / 4);
+      return variance_of_v * (1 - 0.5 * near * near * near);
+    }
+    const double near = std::max(0.0, 1 - above / 3.2);
+    return variance_of_v * 0.5 * near * near * near * near * near;
   };
   return channel(value.r, variance.r) + channel(value.g, variance.g) + channel(value.b, variance.b);
 }
@@ -40,20 +48,26 @@ PixelRays::Center PixelRays::center(int column, int row) const {
   return {column, row, ray, accel::closest_hit(scene_.world, ray)};
 }
 
-void PixelRays::centers(int column, int row, std::span<Center> centers, bool has_bundles,
+void PixelRays::centers(const PixelBlock& block, Center* centers, bool has_bundles,
                         shading::Integrator& integrator) const {
+  const auto column = [&](std::size_t i) { return block.left + static_cast<int>(i) % block.width(); };
+  const auto row = [&](std::size_t i) { return block.top + static_cast<int>(i) / block.width(); };
   if (!has_bundles) {
-    for (std::size_t i = 0; i < centers.size(); ++i) centers[i] = center(column + static_cast<int>(i), row);
+    for (std::size_t i = 0; i < block.size(); ++i) centers[i] = center(column(i), row(i));
     return;
   }
-  const auto rays = for_each_lane([&](std::size_t i) {
-    return camera_.ray(column + static_cast<int>(i) + 0.5, row + 0.5, {0, 0});
-  });
-  const auto prepared =
-      for_each_lane([&](std::size_t i) { return geometry::PreparedRay(rays[i].origin, rays[i].direction); });
-  std::array<std::optional<accel::Hit>, accel::bundle_width> hits;
-  integrator.camera_hits(std::span(prepared).first(centers.size()), hits.data());
-  for (std::size_t i = 0; i < centers.size(); ++i) centers[i] = {column + static_cast<int>(i), row, rays[i], hits[i]};
+  for (std::size_t first = 0; first < block.size(); first += accel::bundle_width) {
+    const auto rays = for_each_lane<accel::bundle_width>([&](std::size_t i) {
+      const std::size_t pixel = std::min(first + i, block.size() - 1);
+      return camera_.ray(column(pixel) + 0.5, row(pixel) + 0.5, {0, 0});
+    });
+    const auto prepared = for_each_lane<accel::bundle_width>(
+        [&](std::size_t i) { return geometry::PreparedRay(rays[i].origin, rays[i].direction); });
+    const std::size_t size = std::min(accel::bundle_width, block.size() - first);
+    std::array<std::optional<accel::Hit>, accel::bundle_width> hits;
+    integrator.camera_hits(std::span(prepared).first(size), hits.data());
+    for (std::size_t i = 0; i < size; ++i) centers[first + i] = {column(first + i), row(first + i), rays[i], hits[i]};
+  }
 }
 
 shading::Integrator::Sample PixelRays::trace(const Center& center, const shading::DiscSampling& sampling,
@@ -65,10 +79,10 @@ shading::Integrator::Sample PixelRays::trace(const Center& center, const shading
 
 void PixelRays::trace(std::span<const Center> centers, const shading::DiscSampling& sampling,
                       shading::Integrator& integrator, shading::Integrator::Sample* samples) const {
-  const auto rays = for_each_lane([&](std::size_t i) {
+  const auto rays = for_each_lane<shading::lane_count>([&](std::size_t i) {
     const Center& center = centers[std::min(i, centers.size() - 1)];
-    return shading::Integrator::CameraRay{center.ray, center.hit,
-                                          key(center.column, center.row).at(first_sample_place)};
+    return shading::Integrator::CameraRay{
+        center.ray, center.hit, key(center.column, center.row).at(first_sample_place), {center.column, center.row}};
   });
   integrator.trace(std::span(rays).first(centers.size()), sampling, samples);
 }

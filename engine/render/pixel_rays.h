@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <optional>
 #include <span>
 
 #include "engine/render/camera.h"
+#include "engine/render/canvas.h"
 #include "engine/shading/integrator.h"
 
 namespace penumbra::render {
@@ -14,9 +16,26 @@ struct Pixel {
   double squared_error = 0;
 };
 
-/// The variance of a pixel's color as its squared error, which is measured clamped to display range: a channel surely
+/// The variance of a pixel's color as its squared error, which is measured clamped to display range: a channel far
 /// above 1 has none.
 double squared_error(const math::Color& value, const math::Color& variance);
+
+/// Pixels that are lit together: right and bottom exclusive.
+struct PixelBlock {
+  static constexpr int edge = 4;
+  int left, top, right, bottom;
+  int width() const { return right - left; }
+  std::size_t size() const { return static_cast<std::size_t>(width()) * static_cast<std::size_t>(bottom - top); }
+};
+/// Calls use(block) for the blocks of a tile, row by row.
+template <class Use>
+void for_each_block(const Canvas::Tile& tile, const Use& use) {
+  for (int row = tile.top; row < tile.bottom; row += PixelBlock::edge) {
+    for (int column = tile.left; column < tile.right; column += PixelBlock::edge)
+      use(PixelBlock{column, row, std::min(column + PixelBlock::edge, tile.right),
+                     std::min(row + PixelBlock::edge, tile.bottom)});
+  }
+}
 
 /// The camera rays of pixels, and what they see. Immutable; may be shared between threads.
 class PixelRays {
@@ -40,11 +59,11 @@ class PixelRays {
     std::optional<accel::Hit> hit;
   };
   Center center(int column, int row) const;
-  /// Of up to accel::bundle_width pixels side by side, from `column` on; with `has_bundles` together.
-  void centers(int column, int row, std::span<Center> centers, bool has_bundles, shading::Integrator& integrator) const;
+  /// Of the pixels of a block, row by row; with `has_bundles` the rays of some together.
+  void centers(const PixelBlock& block, Center* centers, bool has_bundles, shading::Integrator& integrator) const;
   shading::Integrator::Sample trace(const Center& center, const shading::DiscSampling& sampling,
                                     shading::Integrator& integrator) const;
-  /// The same for up to accel::bundle_width of them, lit together.
+  /// The same for up to shading::lane_count of them, lit together.
   void trace(std::span<const Center> centers, const shading::DiscSampling& sampling, shading::Integrator& integrator,
              shading::Integrator::Sample* samples) const;
   /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is

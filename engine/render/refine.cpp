@@ -84,18 +84,20 @@ std::vector<Pixel> PixelSampler::sample(const Canvas::Tile& tile, const std::fun
   const bool has_bundles = stride_ == 1 && samples_per_pixel_ == 1 && !camera_.has_lens() && switches_.camera_bundles;
   if (refiner_) return refiner_->refine(tile, has_bundles, is_stopped, integrator);
   if (stride_ > 1 || samples_per_pixel_ > 1) return sample_blocks(tile, is_stopped, integrator);
-  std::vector<Pixel> pixels;
-  pixels.reserve(static_cast<std::size_t>(tile.right - tile.left) * static_cast<std::size_t>(tile.bottom - tile.top));
-  std::array<PixelRays::Center, accel::bundle_width> bundle;
-  std::array<shading::Integrator::Sample, accel::bundle_width> samples;
-  for (int row = tile.top; row < tile.bottom && !is_stopped(); ++row) {
-    for (int column = tile.left; column < tile.right; column += static_cast<int>(bundle.size())) {
-      const auto size = std::min(bundle.size(), static_cast<std::size_t>(tile.right - column));
-      rays_.centers(column, row, std::span(bundle).first(size), has_bundles, integrator);
-      rays_.trace(std::span(bundle).first(size), sampling_, integrator, samples.data());
-      for (std::size_t i = 0; i < size; ++i) pixels.push_back(of_center_ray(bundle[i], samples[i], integrator));
+  const int width = tile.right - tile.left;
+  std::vector<Pixel> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(tile.bottom - tile.top));
+  std::array<PixelRays::Center, shading::lane_count> centers;
+  std::array<shading::Integrator::Sample, shading::lane_count> samples;
+  for_each_block(tile, [&](const PixelBlock& block) {
+    if (is_stopped()) return;
+    rays_.centers(block, centers.data(), has_bundles, integrator);
+    rays_.trace(std::span(centers).first(block.size()), sampling_, integrator, samples.data());
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      const PixelRays::Center& center = centers[i];
+      pixels[static_cast<std::size_t>((center.row - tile.top) * width + center.column - tile.left)] =
+          of_center_ray(center, samples[i], integrator);
     }
-  }
+  });
   return pixels;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace penumbra::render {
 namespace {
@@ -151,33 +152,28 @@ std::vector<Pixel> TileRefiner::refine(const Canvas::Tile& tile, bool has_bundle
 std::vector<PixelRays::Center> TileRefiner::centers_of(const Canvas::Tile& tile, bool has_bundles,
                                                        shading::Integrator& integrator) const {
   std::vector<PixelRays::Center> centers;
-  std::array<PixelRays::Center, accel::bundle_width> bundle;
-  constexpr auto width = static_cast<int>(bundle.size());
-  for (int row = tile.top; row < tile.bottom; ++row) {
-    for (int column = tile.left; column < tile.right; column += width) {
-      const auto some = std::span(bundle).first(static_cast<std::size_t>(std::min(width, tile.right - column)));
-      rays_.centers(column, row, some, has_bundles, integrator);
-      centers.insert(centers.end(), some.begin(), some.end());
-    }
-  }
+  for_each_block(tile, [&](const PixelBlock& block) {
+    centers.resize(centers.size() + block.size());
+    rays_.centers(block, &*centers.end() - block.size(), has_bundles, integrator);
+  });
   return centers;
 }
 
 void TileRefiner::look_at_picture(int width, int height, shading::Integrator& integrator) {
   per_check_ = std::clamp(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) / pixels_of_each,
                           least_per_check, most_per_check);
-  constexpr int most_groups = 800, least_groups = 64, groups_apart = 8, across = accel::bundle_width;
-  const int columns = width / across, groups = std::min(most_groups, columns * height / groups_apart);
+  constexpr int most_groups = 400, least_groups = 32, groups_apart = 8, edge = PixelBlock::edge;
+  constexpr std::size_t each = edge * edge;
+  const int columns = width / edge, rows = height / edge, groups = std::min(most_groups, columns * rows / groups_apart);
   if (groups < least_groups) return;
-  std::vector<PixelRays::Center> centers(static_cast<std::size_t>(groups * across));
+  std::vector<PixelRays::Center> centers(static_cast<std::size_t>(groups) * each);
   for (int i = 0; i < groups; ++i) {
     // Evenly over the picture: Roberts' sequence of the plastic number.
     const auto part = [&](double step) { return std::fmod(0.5 + step * (i + 1), 1.0); };
-    const int column = static_cast<int>(part(0.7548776662466927) * columns) * across;
-    const int row = static_cast<int>(part(0.5698402909980532) * height);
-    rays_.centers(column, row,
-                  std::span(centers).subspan(static_cast<std::size_t>(i) * static_cast<std::size_t>(across), across),
-                  false, integrator);
+    const int column = static_cast<int>(part(0.7548776662466927) * columns) * edge;
+    const int row = static_cast<int>(part(0.5698402909980532) * rows) * edge;
+    rays_.centers({column, row, column + edge, row + edge}, &centers[static_cast<std::size_t>(i) * each], false,
+                  integrator);
   }
   // Whoever stops is as far off as the next look shows: its own samples had a say in that it stops.
   std::vector<Look> looks;
@@ -205,7 +201,7 @@ TileRefiner::Look TileRefiner::look(std::span<const PixelRays::Center> centers, 
                                     shading::Integrator& integrator) const {
   Look result;
   Ratio measured_to_modelled(1);
-  std::array<shading::Integrator::Sample, accel::bundle_width> found;
+  std::array<shading::Integrator::Sample, shading::lane_count> found;
   for (std::size_t first = 0; first < centers.size(); first += found.size()) {
     rays_.trace(centers.subspan(first, found.size()), sampling, integrator, found.data());
     for (const shading::Integrator::Sample& sample : found) {
@@ -222,12 +218,17 @@ TileRefiner::Look TileRefiner::look(std::span<const PixelRays::Center> centers, 
 void TileRefiner::trace(std::span<const std::size_t> active, std::span<const PixelRays::Center> centers,
                         const shading::DiscSampling& sampling, shading::Integrator& integrator,
                         std::span<shading::Integrator::Sample> samples) const {
-  std::array<PixelRays::Center, accel::bundle_width> some;
-  std::array<shading::Integrator::Sample, accel::bundle_width> found;
-  const std::size_t count = std::min(active.size(), some.size());
-  for (std::size_t k = 0; k < count; ++k) some[k] = centers[active[k]];
-  rays_.trace(std::span(some).first(count), sampling, integrator, found.data());
-  for (std::size_t k = 0; k < count; ++k) samples[active[k]] = found[k];
+  std::array<PixelRays::Center, shading::lane_count> some;
+  std::array<shading::Integrator::Sample, shading::lane_count> found;
+  const auto block = [&](std::size_t i) {
+    return std::pair(centers[i].column / PixelBlock::edge, centers[i].row / PixelBlock::edge);
+  };
+  for (std::size_t begin = 0, end; begin < active.size(); begin = end) {
+    for (end = begin; end < active.size() && block(active[end]) == block(active[begin]); ++end)
+      some[end - begin] = centers[active[end]];
+    rays_.trace(std::span(some).first(end - begin), sampling, integrator, found.data());
+    for (std::size_t i = begin; i < end; ++i) samples[active[i]] = found[i - begin];
+  }
 }
 
 void TileRefiner::check(std::span<const std::size_t> ended, std::span<const PixelRays::Center> centers,
@@ -239,8 +240,7 @@ void TileRefiner::check(std::span<const std::size_t> ended, std::span<const Pixe
     if (rays_.key(centers[i].column, centers[i].row).at(check_place).bits() % per_check_ == 0) checked.push_back(i);
   }
   std::vector<shading::Integrator::Sample> samples(centers.size());
-  for (std::size_t first = 0; first < checked.size(); first += accel::bundle_width)
-    trace(std::span(checked).subspan(first), centers, next, integrator, samples);
+  trace(checked, centers, next, integrator, samples);
   for (const std::size_t i : checked)
     pixels[i].squared_error = static_cast<double>(per_check_) * squared_error_beside(pixels[i].color, samples[i]);
 }
@@ -256,10 +256,8 @@ std::vector<Pixel> TileRefiner::with_center_rays(const Canvas::Tile& tile, bool 
   std::vector<shading::Integrator::Sample> samples(centers.size());
   for (const shading::DiscSampling& sampling : samplings_) {
     Ratio measured_to_modelled(1);
-    for (std::size_t first = 0; first < active.size(); first += accel::bundle_width) {
-      if (is_stopped()) return pixels;
-      trace(std::span(active).subspan(first), centers, sampling, integrator, samples);
-    }
+    if (is_stopped()) return pixels;
+    trace(active, centers, sampling, integrator, samples);
     for (const std::size_t i : active) {
       const auto& [radiance, variance] = samples[i];
       pixels[i] = {radiance, squared_error(radiance, variance.measured)};
@@ -278,7 +276,12 @@ std::vector<Pixel> TileRefiner::with_center_rays(const Canvas::Tile& tile, bool 
     for (std::size_t i = 0; i < pixels.size(); ++i)
       pixels[i].squared_error = rays_.squared_error_of_lens(centers[i], pixels[i].color, samplings_.back(), integrator);
   }
-  return pixels;
+  std::vector<Pixel> by_row(pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const int row = centers[i].row - tile.top, column = centers[i].column - tile.left;
+    by_row[static_cast<std::size_t>(row * (tile.right - tile.left) + column)] = pixels[i];
+  }
+  return by_row;
 }
 
 std::vector<Pixel> TileRefiner::with_several(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,

@@ -41,7 +41,7 @@ class TileRefiner {
                                       const std::function<bool()>& is_stopped, shading::Integrator& integrator) const;
   std::vector<Pixel> with_several(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
                                   shading::Integrator& integrator) const;
-  /// The samples of the first of the active pixels, as many as are lit together.
+  /// The samples of the active pixels; those of a block are lit together.
   void trace(std::span<const std::size_t> active, std::span<const PixelRays::Center> centers,
              const shading::DiscSampling& sampling, shading::Integrator& integrator,
              std::span<shading::Integrator::Sample> samples) const;

@@ -45,6 +45,29 @@ Point2 DiscSpiral::point(int index, const Turn& turn) const {
           radius * (cosine_[i] * turn.sine + sine_[i] * turn.cosine)};
 }
 
+DiscSpirals::DiscSpirals(int count) : count_(static_cast<std::size_t>(count)), inverse_count_(1.0 / count) {
+  constexpr double turn_each_place = 0.41421356237309504880, turn_each_index = 0.38196601125010515180;
+  for (std::size_t round = 0; round < count_; ++round) {
+    for (std::size_t place = 0; place < places; ++place) {
+      const auto [sine, cosine] = math::sine_cosine_turns(static_cast<double>(place) * turn_each_place +
+                                                          static_cast<double>(index(round, place)) * turn_each_index);
+      cosine_.push_back(cosine), sine_.push_back(sine);
+    }
+  }
+}
+
+void DiscSpirals::points(std::size_t round, const DiscSpiral::Turn& turn, Points& points) const {
+  constexpr double shift_each_place = 0.61803398874989484820;
+  const double *cosine = &cosine_[round * places], *sine = &sine_[round * places];
+  for (std::size_t place = 0; place < places; ++place) {
+    const double shift = turn.shift + static_cast<double>(place) * shift_each_place;
+    const double part = shift - static_cast<double>(static_cast<int>(shift));
+    const double radius = std::sqrt((static_cast<double>(index(round, place)) + part) * inverse_count_);
+    points.x[place] = radius * (cosine[place] * turn.cosine - sine[place] * turn.sine);
+    points.y[place] = radius * (cosine[place] * turn.sine + sine[place] * turn.cosine);
+  }
+}
+
 DiscChords::DiscChords(int count) {
   for (int i = 0; i < count; ++i) {
     const auto [sine, cosine] = math::sine_cosine_turns(0.5 * i / count);

@@ -52,6 +52,28 @@ class DiscSpiral {
   double inverse_count_;
 };
 
+/// `count` points in the unit disc for each of 16 places side by side: spirals whose shifts and turns are spread well,
+/// so that the points of all places together make as good a pattern as those of each. Taken in rounds, a point of every
+/// place each: the first so many places of any round are spread well, too.
+class DiscSpirals {
+ public:
+  static constexpr std::size_t places = 16;
+  explicit DiscSpirals(int count);
+  std::size_t count() const { return count_; }
+  /// Which of its points a place has in a round.
+  std::size_t index(std::size_t round, std::size_t place) const { return (round + place) % count_; }
+  /// The points of all places in a round, under a rotation and shift of all.
+  struct Points {
+    alignas(64) double x[places], y[places];
+  };
+  void points(std::size_t round, const DiscSpiral::Turn& turn, Points& points) const;
+
+ private:
+  std::size_t count_;
+  double inverse_count_;
+  std::vector<double> cosine_, sine_;  // a round after the other
+};
+
 /// `count` parallel chords of the unit disc, at offsets cos φ with φ = (i + shift)·π/count and weights in proportion to
 /// sin² φ: the trapezoidal rule for ∫ over offsets, unbiased over shifts. The error of a covered share falls like
 /// count^−1.5, and like count^−2 and faster where the chords cross the cover's edge.

@@ -23,6 +23,7 @@ struct Counters {
   Count lights_from_candidates = 0;  // told by the surfaces that may touch the light's cone
   Count lights_from_cells = 0;       // told by what neighbouring points share
   Count lights_from_few_rays = 0;    // of few samples: nobody looked for what may hide them
+  Count lights_from_neighbours = 0;  // of samples: those of points side by side told more of each
   Count lights_without_effect = 0;   // outside the spot, or no diffuse and no highlight
   Count negligible_rays = 0;         // secondary rays below min_contribution
   Count shadow_rays_agreed = 0;      // not cast: those of the points beside agreed
@@ -44,8 +45,8 @@ auto by_name_of_ray(Rays& rays) {
 }
 template <class Of>
 auto by_name_of_work(Of& counters) {
-  [[maybe_unused]] auto& [rays, exact, camera_bundled, spheres, away, candidates, cells, few, without_effect,
-                          negligible, agreed, bundled, covered, dark, listed, lit] = counters;
+  [[maybe_unused]] auto& [rays, exact, camera_bundled, spheres, away, candidates, cells, few, neighbours,
+                          without_effect, negligible, agreed, bundled, covered, dark, listed, lit] = counters;
   using Named = std::pair<const char*, decltype(&exact)>;
   return std::array{Named{"area_samples_exact", &exact},
                     Named{"camera_rays_bundled", &camera_bundled},
@@ -54,6 +55,7 @@ auto by_name_of_work(Of& counters) {
                     Named{"lights_from_candidates", &candidates},
                     Named{"lights_from_cells", &cells},
                     Named{"lights_from_few_rays", &few},
+                    Named{"lights_from_neighbours", &neighbours},
                     Named{"lights_without_effect", &without_effect},
                     Named{"negligible_rays", &negligible},
                     Named{"shadow_rays_agreed", &agreed},

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
+#include <utility>
 
 #include "engine/shading/lights/light.h"
 
@@ -17,6 +17,13 @@ constexpr std::uint64_t reflected_path = 1, transmitted_path = 2, first_light = 
 
 /// Somebody who cancels waits as long as these take, beside a single ray.
 constexpr std::size_t lights_between_looks = 16;
+
+/// What `of_index` makes of each index.
+template <std::size_t count, class OfIndex>
+auto for_each_index(const OfIndex& of_index) {
+  return [&]<std::size_t... i>(std::index_sequence<i...>) { return std::array{of_index(i)...}; }
+  (std::make_index_sequence<count>());
+}
 
 /// Snell's refraction of the unit `v` at the unit normal `n` (facing v), `ratio` = ior outside / inside. Nothing under
 /// total internal reflection.
@@ -49,33 +56,30 @@ void Integrator::camera_hits(std::span<const geometry::PreparedRay> rays, std::o
   if (scene_.world.structure.wide) counters_.camera_rays_bundled += rays.size() - 1;
 }
 
-/// A point that a camera ray meets, while it is lit together with others.
-struct Integrator::Lit {
-  ShadingPoint at;
-  const CameraRay* ray;
-  Color sum;  // of the lights
-  Sample* sample;
-};
-
 void Integrator::trace(std::span<const CameraRay> rays, const DiscSampling& sampling, Sample* samples) {
   sampling_ = &sampling;
   counters_.rays.camera += rays.size();
-  std::array<Lit, accel::bundle_width> points;
-  std::size_t count = 0;
+  PointBatch points;
+  std::array<std::size_t, lane_count> lanes;
+  std::array<sampling::Key, lane_count> keys = for_each_index<lane_count>([&](std::size_t) { return rays[0].key; });
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const CameraRay& ray = rays[i];
-    samples[i] = {ray.hit ? math::black : scene_.background, {}};
-    if (ray.hit) points[count++] = {point(ray.ray, *ray.hit, 0), &ray, {}, &samples[i]};
+    if (!rays[i].hit) continue;
+    lanes[i] = points.add(point(rays[i].ray, *rays[i].hit, 0), rays[i].pixel);
+    keys[lanes[i]] = rays[i].key;
   }
-  if (is_canceled_()) return;
-  light_together(std::span(points).first(count));
-  for (const Lit& lit : std::span(points).first(count)) {
-    const Path path{0, lit.ray->hit->t, math::white};
-    variance_ = lit.sample->variance;
-    lit.sample->radiance = unlit(lit.at, path);
-    if (lit.at.material->is_lit) lit.sample->radiance += lit.sum;
-    if (settings_.max_depth > 0) lit.sample->radiance += secondary(lit.at, path, lit.ray->key);
-    lit.sample->variance = variance_;
+  BatchSums sums;
+  const bool is_canceled = is_canceled_();
+  if (!is_canceled && points.lit() != 0) light_together(points, keys.data(), sums);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    samples[i] = {rays[i].hit ? math::black : scene_.background, {}};
+    if (!rays[i].hit || is_canceled) continue;
+    const ShadingPoint& at = points.point(lanes[i]);
+    const Path path{0, rays[i].hit->t, math::white};
+    variance_ = sums.variance[lanes[i]];
+    samples[i].radiance = unlit(at, path);
+    if (at.material->is_lit) samples[i].radiance += sums.color[lanes[i]];
+    if (settings_.max_depth > 0) samples[i].radiance += secondary(at, path, rays[i].key);
+    samples[i].variance = variance_;
   }
 }
 
@@ -120,22 +124,12 @@ Color Integrator::direct(const ShadingPoint& at, const Color& weight, const samp
   return sum;
 }
 
-void Integrator::light_together(std::span<Lit> points) {
-  Together together(shadows_);
-  std::vector<Lighting> lightings;
-  lightings.reserve(points.size());
-  for (Lit& lit : points)
-    lightings.push_back({scene_, settings_.switches, *sampling_, is_canceled_, counters_, shadows_, lit.at, math::white,
-                         lit.sample->variance, &together, &lit.sum, lightings.size()});
+void Integrator::light_together(const PointBatch& points, const sampling::Key* keys, BatchSums& sums) {
+  const BatchLighting lighting{scene_, settings_.switches, *sampling_, is_canceled_, counters_, shadows_, points, keys,
+                               sums};
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
     if ((i + 1) % lights_between_looks == 0 && is_canceled_()) return;
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      if (!points[k].at.material->is_lit) continue;
-      const LightPlace place{i, {points[k].ray->key, first_light + i}};
-      points[k].sum +=
-          std::visit([&](const auto& light) { return lit_by(light, lightings[k], place); }, scene_.lights[i]);
-    }
-    if (!points.empty()) together.finish(*sampling_, points.front().ray->key.at(first_light + i).bits());
+    std::visit([&](const auto& light) { light_batch(light, lighting, {i, first_light + i}); }, scene_.lights[i]);
   }
 }
 

@@ -4,6 +4,8 @@
 #include <span>
 
 #include "engine/sampling/hash.h"
+#include "engine/shading/lights/light.h"
+#include "engine/shading/point_batch.h"
 #include "engine/shading/scene.h"
 #include "engine/shading/shadows/shadows.h"
 
@@ -39,8 +41,9 @@ class Integrator {
     geometry::Ray ray;
     std::optional<accel::Hit> hit;
     sampling::Key key;
+    PixelPlace pixel;
   };
-  /// The same for up to accel::bundle_width of them, lit together.
+  /// The same for up to lane_count of them, lit together.
   void trace(std::span<const CameraRay> rays, const DiscSampling& sampling, Sample* samples);
   /// What up to accel::bundle_width camera rays at once meet, with a place for each to find.
   void camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits);
@@ -61,8 +64,7 @@ class Integrator {
   /// What the surface sends out by itself, or of the ambient light.
   Color unlit(const ShadingPoint& at, const Path& path) const;
   Color secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key);
-  struct Lit;
-  void light_together(std::span<Lit> points);
+  void light_together(const PointBatch& points, const sampling::Key* keys, BatchSums& sums);
 
   const Scene& scene_;
   IntegratorSettings settings_;

@@ -7,14 +7,15 @@
 
 namespace penumbra::shading {
 
-/// specular·max(0, −v·r)^shininess of the contract, with r = l − 2(l·n)n; `l` is the unit direction the light travels.
+/// specular·max(0, −v·r)^shininess of the contract, from −v·r, with r = l − 2(l·n)n; `l` is the unit direction the
+/// light travels.
+inline Color highlight(const CompiledMaterial& material, double mirrored) {
+  if (math::is_black(material.specular) || (mirrored <= 0 && material.shininess > 0)) return math::black;
+  return material.specular * math::power(std::clamp(mirrored, 0.0, 1.0), material.shininess);
+}
 inline Color highlight(const ShadingPoint& at, const Vec3& l) {
-  const CompiledMaterial& material = *at.material;
-  if (math::is_black(material.specular)) return math::black;
   const Vec3& n = at.surface.shading_normal;
-  const double cosine = -math::dot(at.view, l - n * (2 * math::dot(l, n)));
-  if (cosine <= 0 && material.shininess > 0) return math::black;
-  return material.specular * math::power(std::clamp(cosine, 0.0, 1.0), material.shininess);
+  return highlight(*at.material, -math::dot(at.view, l - n * (2 * math::dot(l, n))));
 }
 
 /// diffuse·|n·l| and the highlight. The side test is the caller's.

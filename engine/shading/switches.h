@@ -10,6 +10,7 @@ struct Switches {
   bool shadow_outlines = true;    // the share of a disc that occluders hide from their outlines, not from samples
   bool few_rays = true;           // where few samples are asked for, rays of many points in bundles, and nothing else
   bool agreeing_rays = true;      // a few rays of points side by side that all agree speak for the rest of them
+  bool shared_samples = true;     // what points side by side see of a light tells more of what each sees
   bool shadow_bundles = true;     // rays to one disc share their way through the structure
   bool hidden_spheres = true;     // spheres that larger ones hide from a point cover nothing more of a light
   bool exact_area_lights = true;  // a closed form where an area light is in full view

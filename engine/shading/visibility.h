@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "engine/math/color.h"
 #include "engine/sampling/halves.h"
@@ -22,6 +23,7 @@ struct Visibility {
   Color mean = math::white;
   Variance variance;
   bool is_certain = false;  // exact: without variance
+  Color missed = {};        // of the variance: of others like it, who agree by chance
 };
 
 /// The error of a covered share s from N well-spread samples: its variance is about c·s(1 − s)·N^−1.5, with c measured
@@ -49,16 +51,14 @@ inline Visibility estimated(const sampling::Halves& halves, sampling::Halves::Or
 /// chords, so that halves tell the error.
 struct DiscSampling {
   explicit DiscSampling(int samples)
-      : spiral(std::max(2, samples)), chords(2 * std::max(1, static_cast<int>(std::ceil(0.5 * std::sqrt(samples))))) {}
+      : spiral(std::max(2, samples)), chords(2 * std::max(1, static_cast<int>(std::ceil(0.5 * std::sqrt(samples))))) {
+    if (spiral.count() <= most_few) few.emplace(spiral.count());
+  }
   sampling::DiscSpiral spiral;
   sampling::DiscChords chords;
-  /// Of few samples, those that are taken first; of points side by side, each takes others.
-  std::size_t first_count() const { return std::max<std::size_t>(1, static_cast<std::size_t>(spiral.count()) / 4); }
-  bool is_first(std::size_t sample, std::size_t place) const {
-    const auto n = static_cast<std::size_t>(spiral.count()), step = n / first_count();
-    const std::size_t after = (sample + n - place % n) % n;
-    return after % step == 0 && after / step < first_count();
-  }
+  /// So few that rays may cost less than to look for what hides the light: for points side by side.
+  std::optional<sampling::DiscSpirals> few;
+  static constexpr int most_few = 16;
 };
 
 /// Somebody who cancels waits for so many samples of one light at most.

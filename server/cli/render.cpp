@@ -83,7 +83,8 @@ std::map<std::string, bool*> switch_names(render::Switches& switches) {
           {"lights-without-share", &switches.lights_without_share},
           {"merge-lights", &switches.merge_lights},
           {"shadow-candidates", &switches.shadow_candidates},
-          {"shadow-outlines", &switches.shadow_outlines}};
+          {"shadow-outlines", &switches.shadow_outlines},
+          {"shared-samples", &switches.shared_samples}};
 }
 
 render::Switches switches_without(const std::vector<std::string>& names) {

@@ -71,7 +71,7 @@ TEST_CASE("what is skipped for certain changes no pixel") {
   for (const int samples : {4, 16})
     check("shadow bundles", of_shading<&shading::Switches::shadow_bundles>, Same::always, "shadow_rays_bundled",
           samples);
-  check("hidden spheres", of_shading<&shading::Switches::hidden_spheres>, Same::always, "hidden_spheres");
+  check("hidden spheres", of_shading<&shading::Switches::hidden_spheres>, Same::always, "hidden_spheres", 32);
   for (const char* counter : {"lights_facing_away", "lights_without_effect"}) {
     for (const int samples : {4, 16})
       check("lights without share", of_shading<&shading::Switches::lights_without_share>, Same::always, counter,
@@ -119,8 +119,10 @@ TEST_CASE("what replaces samples stays within the estimated error") {
   check("shadow outlines", of_shading<&shading::Switches::shadow_outlines>, Same::within_error, "shadow_rays_covered");
   check("exact area lights", of_shading<&shading::Switches::exact_area_lights>, Same::within_error,
         "area_samples_exact");
-  for (const int samples : {2, 4, 8}) {
+  for (const int samples : {2, 4, 8, 16}) {
     check("few rays", of_shading<&shading::Switches::few_rays>, Same::within_error, "lights_from_few_rays", samples);
+    check("shared samples", of_shading<&shading::Switches::shared_samples>, Same::within_error,
+          "lights_from_neighbours", samples);
     check("agreeing rays", of_shading<&shading::Switches::agreeing_rays>, Same::within_error, "shadow_rays_agreed",
           samples);
   }

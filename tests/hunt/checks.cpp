@@ -27,6 +27,7 @@ constexpr std::array parts{Part{"shadow_candidates", of_shading<&shading::Switch
                            Part{"shadow_outlines", of_shading<&shading::Switches::shadow_outlines>, within_error},
                            Part{"few_rays", of_shading<&shading::Switches::few_rays>, within_error},
                            Part{"agreeing_rays", of_shading<&shading::Switches::agreeing_rays>, within_error},
+                           Part{"shared_samples", of_shading<&shading::Switches::shared_samples>, within_error},
                            Part{"shadow_bundles", of_shading<&shading::Switches::shadow_bundles>, always},
                            Part{"hidden_spheres", of_shading<&shading::Switches::hidden_spheres>, always},
                            Part{"exact_area_lights", of_shading<&shading::Switches::exact_area_lights>, within_error},

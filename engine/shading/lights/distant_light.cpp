@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "engine/math/constants.h"
+#include "engine/shading/lights/batch_shares.h"
 #include "engine/shading/lights/light.h"
 #include "engine/shading/phong.h"
 
@@ -16,7 +17,16 @@ Color lit_by(const DistantLight& light, const Lighting& lighting, const LightPla
   shadows::Sight sight =
       lighting.shadows.aim(at, place.index, {towards, light.tangent, true}, is_disc ? &lighting.sampling : nullptr);
   if (!is_disc) return filtered(share, sight.transmittance(towards, math::infinity));
-  return lighting.through(share, sight, {towards, towards, light.tangent, true}, place.samples);
+  return lighting.visible(share, sight.disc({towards, towards, light.tangent, true}, lighting.sampling, place.samples));
+}
+
+void light_batch(const DistantLight& light, const BatchLighting& lighting, const LightName& name) {
+  LightTerms terms;
+  find_terms_along(lighting.points, light.direction, terms);
+  BatchShares shares(lighting, terms);
+  for_each_lane(shares.lit(),
+                [&](std::size_t lane) { shares.set(lane, filtered(light.intensity, shares.lobe(lane))); });
+  shares.add_visible({{-light.direction, light.tangent, true}, light.tangent, name});
 }
 
 }  // namespace penumbra::shading

@@ -5,6 +5,7 @@
 #include "engine/math/color.h"
 #include "engine/sampling/hash.h"
 #include "engine/shading/counters.h"
+#include "engine/shading/point_batch.h"
 #include "engine/shading/scene.h"
 #include "engine/shading/shading_point.h"
 #include "engine/shading/shadows/shadows.h"
@@ -15,8 +16,6 @@
 /// file beside this one; the compiler names the rest.
 namespace penumbra::shading {
 
-class Together;
-
 /// What all lights at a point of a path share.
 struct Lighting {
   const Scene& scene;
@@ -26,11 +25,8 @@ struct Lighting {
   Counters& counters;
   shadows::Shadows& shadows;
   const ShadingPoint& at;
-  const Color& weight;           // what share of the point's light arrives at the camera
-  Variance& variance;            // of what arrives there, added up
-  Together* together = nullptr;  // points side by side that are lit together
-  Color* sum = nullptr;          // what that adds to
-  std::size_t place = 0;         // of the point among those
+  const Color& weight;  // what share of the point's light arrives at the camera
+  Variance& variance;   // of what arrives there, added up
 
   /// Counts a light that adds nothing, unless such work is to be done; true if no more is to be done about it.
   bool skip_if(bool adds_nothing, Count Counters::*counter) const;
@@ -38,32 +34,6 @@ struct Lighting {
   void skip_samples(Count Counters::*counter) const;
   /// `share` × the light through a visibility; accounts for its variance.
   Color visible(const Color& share, const Visibility& visibility) const;
-  /// `share` × what is seen of a disc; black if it is added later, by `together`.
-  Color through(const Color& share, shadows::Sight sight, const shadows::SeenDisc& disc,
-                const sampling::Place& samples) const;
-};
-
-/// Soft lights of points side by side that wait for their samples, to take them together; one light at a time.
-class Together {
- public:
-  explicit Together(shadows::Shadows& shadows) : shadows_(shadows) {}
-  /// `share` × what is seen of the disc, to be added to the lighting's sum. bundle_width of them at most.
-  void add(const shadows::SampledDisc& disc, const Color& share, const Lighting& lighting);
-  /// A point sees all of the light for certain, or nothing of it.
-  void note(bool is_lit) { ++(is_lit ? votes_.lit : votes_.dark); }
-  /// Adds all of them to their sums. `name` is of these points and this light.
-  void finish(const DiscSampling& sampling, std::uint64_t name);
-
- private:
-  struct Waiting {
-    Color share;
-    const Lighting* lighting;
-  };
-  shadows::Shadows& shadows_;
-  shadows::Votes votes_;
-  std::size_t count_ = 0;
-  std::array<shadows::SampledDisc, accel::bundle_width> discs_;
-  std::array<Waiting, accel::bundle_width> waiting_;
 };
 
 /// A light of the scene: its index, and the place of its samples.
@@ -78,6 +48,49 @@ Color lit_by(const DistantLight& light, const Lighting& lighting, const LightPla
 Color lit_by(const RectangleLight& light, const Lighting& lighting, const LightPlace& place);
 Color lit_by(const SphereLight& light, const Lighting& lighting, const LightPlace& place);
 
+/// What points side by side have found so far of the lights.
+struct BatchSums {
+  std::array<Color, lane_count> color{};
+  std::array<Variance, lane_count> variance{};
+};
+
+/// What all lights of points side by side share: camera rays met them, and all of their light arrives.
+struct BatchLighting {
+  const Scene& scene;
+  const Switches& switches;
+  const DiscSampling& sampling;
+  const std::function<bool()>& is_canceled;
+  Counters& counters;
+  shadows::Shadows& shadows;
+  const PointBatch& points;
+  const sampling::Key* keys;  // by lane
+  BatchSums& sums;
+
+  /// Of one of the points.
+  Lighting of(std::size_t lane) const {
+    return {scene,   switches,           sampling,    is_canceled,        counters,
+            shadows, points.point(lane), math::white, sums.variance[lane]};
+  }
+};
+
+/// A light of the scene and the name of its samples.
+struct LightName {
+  std::size_t index;
+  std::uint64_t samples;
+};
+
+/// Adds what each lit point sends to the viewer of the light. Point and spot lights, and distant ones, light all lanes
+/// at once; others one after the other.
+void light_batch(const DiscLight& light, const BatchLighting& lighting, const LightName& name);
+void light_batch(const DistantLight& light, const BatchLighting& lighting, const LightName& name);
+template <class Light>
+void light_batch(const Light& light, const BatchLighting& lighting, const LightName& name) {
+  for_each_lane(lighting.points.lit(), [&](std::size_t lane) {
+    const LightPlace place{name.index, {lighting.keys[lane], name.samples}};
+    lighting.sums.color[lane] += lit_by(light, lighting.of(lane), place);
+  });
+}
+
 /// Light arriving from direction l reaches the viewer only when both are on one side of the surface.
 inline bool is_on_viewers_side(const ShadingPoint& at, const Vec3& towards_light) {
   return math::dot(at.facing, towards_light) > 0;
@@ -85,7 +98,8 @@ inline bool is_on_viewers_side(const ShadingPoint& at, const Vec3& towards_light
 
 /// The product, where 0 × anything is 0 – an overflowing light on a black surface stays black.
 inline Color filtered(const Color& a, const Color& b) {
-  const auto product = [](double x, double y) { return x == 0 || y == 0 ? 0 : x * y; };
+  // Of numbers, only infinity × 0 is none.
+  const auto product = [](double x, double y) { return x * y == x * y ? x * y : 0; };
   return {product(a.r, b.r), product(a.g, b.g), product(a.b, b.b)};
 }
 

@@ -18,8 +18,10 @@ constexpr std::size_t edges_per_chord = 32, fine_edges_per_chord = 4;
 }  // namespace
 
 Sight Shadows::aim(const ShadingPoint& at, std::size_t light, const Target& target, const DiscSampling* of_disc) {
-  const bool has_outline = of_disc != nullptr && !samples_alone(at, *of_disc);
-  const CellContents* cell = switches_.light_cells ? cells_.find(at, light, target, has_outline) : nullptr;
+  // Few rays cost less than to ask.
+  const bool has_cells = switches_.light_cells && !(of_disc != nullptr && are_few(at, *of_disc));
+  const bool has_outline = of_disc != nullptr && switches_.shadow_candidates;
+  const CellContents* cell = has_cells ? cells_.find(at, light, target, has_outline) : nullptr;
   if (cell != nullptr && cell->tells_something()) ++counters_.lights_from_cells;
   return {*this, at, cell};
 }
@@ -58,10 +60,6 @@ Visibility Sight::disc(const SeenDisc& disc, const DiscSampling& sampling, const
 DiscView Sight::view_of(const SeenDisc& disc) const {
   const math::Frame frame = math::frame_around(disc.normal);
   return {at_.surface.position, disc.axis, frame.u * disc.radius, frame.v * disc.radius, disc.is_infinite};
-}
-
-SampledDisc Sight::sampled(const SeenDisc& disc, const sampling::Place& place) const {
-  return {&at_, view_of(disc), sampling::DiscSpiral::turn(place.key())};
 }
 
 Visibility Sight::all(bool is_lit, const DiscSampling& sampling) {

@@ -8,7 +8,9 @@
 
 #include "engine/accel/queries.h"
 #include "engine/math/constants.h"
+#include "engine/shading/batch_terms.h"
 #include "engine/shading/counters.h"
+#include "engine/shading/point_batch.h"
 #include "engine/shading/shading_point.h"
 #include "engine/shading/shadows/candidates.h"
 #include "engine/shading/shadows/chord_sweep.h"
@@ -23,6 +25,7 @@
 ///   candidates       what may hide it from one point; shaft, view_cone: the regions that tell
 ///   silhouettes      the edges at which the number of triangles in line changes; sphere_list: spheres, eight at a time
 ///   disc_cover       what simple shapes hide of the disc; chord_sweep, cover_chords: the share that is left
+///   batch.cpp        points side by side; shared_samples: what all of them tell of each
 ///   shadow_rays.cpp  segments and bundles of them, where all of that does not tell
 ///   area_shadow.cpp  the same first steps for area lights, whose samples are rays
 namespace penumbra::shading::shadows {
@@ -37,19 +40,19 @@ struct SeenDisc {
   double limit() const { return is_infinite ? math::infinity : 1; }
 };
 
-/// A disc to take samples of by rays, and nothing else, together with those that points beside see.
-struct SampledDisc {
-  const ShadingPoint* at;
-  DiscView disc;  // from the point itself
-  sampling::DiscSpiral::Turn turn;
-  std::size_t place = 0;  // of the point among those beside
-  Visibility seen = {};   // to be found
-};
+/// Discs that points side by side see of one light, in lanes.
+struct SeenBatch {
+  const PointBatch& points;
+  LaneMask lanes;  // that look
+  const DiscBatch& disc;
+  const Lanes3& l;  // unit, the way the light travels
+  Target target;    // as for Shadows::aim
+  double radius;    // of the disc; 0: the light is a point
+  std::size_t light;
+  const sampling::Key* keys;  // by lane
+  std::uint64_t samples;      // names those of this light
 
-/// Of points beside, those that see all of the light for certain, or nothing of it; and a name that they share.
-struct Votes {
-  std::size_t lit = 0, dark = 0;
-  std::uint64_t name = 0;
+  sampling::Place place(std::size_t lane) const { return {keys[lane], samples}; }
 };
 
 class Sight;
@@ -64,32 +67,54 @@ class Shadows {
   /// What the point sees of the light that `light` names, which lies inside `target`; `of_disc` where its disc() will
   /// be asked for. Good until the next call; the arguments outlive it.
   Sight aim(const ShadingPoint& at, std::size_t light, const Target& target, const DiscSampling* of_disc = nullptr);
-  /// Finds what is seen of each disc, all of them infinitely far or none.
-  void sample(std::span<SampledDisc> discs, const DiscSampling& sampling, const Votes& votes = {});
+  /// Finds what each point of a batch sees of its disc, with a place for each lane.
+  void see(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen);
 
  private:
   friend class Sight;
   /// Whether so few samples are asked for that rays to each, together with those of the points beside, cost less than
-  /// to look for what may hide the light. The point and the scene decide, whatever structure there is.
+  /// to look for what may hide the light: the fewer, the larger triangles are beside pixels. The point and the scene
+  /// decide, whatever structure there is.
   bool are_few(const ShadingPoint& at, const DiscSampling& sampling) const {
-    return switches_.few_rays && sampling.spiral.count() <= (are_occluders_fine(at) ? 8 : 4);
-  }
-  /// Triangles as small as pixels, or many curved surfaces: what takes long to look for.
-  bool are_occluders_fine(const ShadingPoint& at) const {
-    return at.footprint > scene_.typical_edge || scene_.has_many_quadrics;
+    if (!switches_.few_rays || !sampling.few) return false;
+    const int count = sampling.spiral.count();
+    return count <= 4 || scene_.has_many_quadrics || count * scene_.typical_edge <= 24 * at.footprint;
   }
   bool samples_alone(const ShadingPoint& at, const DiscSampling& sampling) const {
     return !switches_.shadow_candidates || are_few(at, sampling);
   }
   Color through_items(const std::vector<std::uint32_t>& items) const;
-  /// Fills transmittances_ with those of some of each disc's samples; false once it is canceled.
-  enum class Samples { first, others, all };
-  bool cast(std::span<const SampledDisc> discs, const DiscSampling& sampling, Samples which);
-  void cast_bundle(std::size_t size, double limit);
-  /// What all first samples tell.
-  enum class Agreement { none, lit, dark };
-  Agreement agreement(std::span<const SampledDisc> discs, const DiscSampling& sampling, const Votes& votes) const;
-  Visibility mean_of(std::size_t disc, std::size_t count) const;
+  void see_points(const SeenBatch& batch, Visibility* seen);
+  void see_few(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen);
+  /// Lets what some lanes see tell more of what each sees.
+  void share(const SeenBatch& batch, LaneMask lanes, Visibility* seen);
+  /// Adds a ray to the bundle, which is cast when it is full, and a place for what gets through.
+  void add_ray(const ShadingPoint& at, const Vec3& direction, double limit, Color& transmittance);
+  void cast_bundle(double limit);
+  /// Few samples of a batch.
+  struct Rays {
+    const SeenBatch& batch;
+    const DiscSampling& sampling;
+    sampling::DiscSpiral::Turn turn;
+  };
+  struct Rounds {
+    std::size_t begin, end;  // in lanes: sixteen a round
+  };
+  /// Fills transmittances_ with what some lanes see in some rounds; false once it is canceled.
+  bool cast(const Rays& rays, LaneMask lanes, const Rounds& rounds);
+  /// How many of the first samples see the light, or nothing of it.
+  struct First {
+    std::size_t end = 0, count = 0, lit = 0, dark = 0;
+    bool agree() const { return count > 0 && (lit == count || dark == count); }
+    bool nearly_agree() const { return count > 1 && (lit + 1 == count || dark + 1 == count); }
+  };
+  First told_by(LaneMask lanes, std::size_t end) const;
+  /// What batches are off by that agree by chance, told by those in which a single first sample differs. Where a share
+  /// s of a point's samples does, and it has n of the first, the one is n·s/(1 − s) times as likely as the other, which
+  /// is off there by s: so each one accounts for s(1 − s)/n. Its point's other samples tell s; a single one tells
+  /// nothing, and 1/6 is the mean of s(1 − s).
+  void note_missed(LaneMask lanes, std::size_t count, const First& first, Visibility* seen) const;
+  Visibility mean_of(const Color* transmittances, std::size_t count, std::size_t stride) const;
   const Scene& scene_;
   const Switches& switches_;
   Counters& counters_;
@@ -104,6 +129,7 @@ class Shadows {
     Color* transmittance;
   };
   std::array<Sample, accel::bundle_width> of_;  // what the rays of the bundle are of
+  std::size_t bundled_ = 0;
   std::array<accel::Crossed, accel::bundle_width> bundle_crossed_;
   std::vector<Color> transmittances_;
   Candidates candidates_;
@@ -120,18 +146,6 @@ class Sight {
 
   /// Mean transmittance over the disc.
   Visibility disc(const SeenDisc& disc, const DiscSampling& sampling, const sampling::Place& place);
-  /// Whether disc() would do no more than take samples by rays: then Shadows::sample may do so, for many points.
-  bool is_sampled(const DiscSampling& sampling) const {
-    return shadows_.samples_alone(at_, sampling) && shared() != Shared::lit && shared() != Shared::dark;
-  }
-  /// All of the light is seen for certain, or nothing of it.
-  std::optional<bool> shared_verdict() const {
-    return shared() == Shared::lit    ? std::optional(true)
-           : shared() == Shared::dark ? std::optional(false)
-                                      : std::nullopt;
-  }
-  SampledDisc sampled(const SeenDisc& disc, const sampling::Place& place) const;
-
   /// What is known of a light inside the quadrilateral `corners` (points, relative to the point). The item `ignored`
   /// hides none of the light.
   enum class Verdict { lit, dark, listed, unknown };

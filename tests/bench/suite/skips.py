@@ -19,6 +19,7 @@ SKIPS = [
     ("camera-bundles", "camera_rays_bundled", ["room-flat", "sphereflake", "bunny-1"]),
     ("shadow-bundles", "shadow_rays_bundled", ["glass-and-mirrors"]),
     ("few-rays", "lights_from_few_rays", ["bunny-1", "sphereflake"], 4),
+    ("shared-samples", "lights_from_neighbours", ["bunny-1", "mount"], 4),
     ("agreeing-rays", "shadow_rays_agreed", ["bunny-1", "sphereflake"], 4),
     ("hidden-spheres", "hidden_spheres", ["sphereflake", "thousand-spheres"]),
     ("lights-without-share", "lights_without_effect", ["room-flat", "light-triangles-spot"]),

@@ -1,0 +1,73 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "engine/geometry/surface.h"
+#include "engine/sampling/patterns.h"
+#include "engine/shading/shading_point.h"
+
+namespace penumbra::shading {
+
+/// So many points at most are lit together, each in a lane: one for each place of sampling::DiscSpirals.
+inline constexpr std::size_t lane_count = sampling::DiscSpirals::places;
+using LaneMask = std::uint32_t;  // a bit for each lane
+
+/// A vector in each lane.
+struct Lanes3 {
+  alignas(64) double x[lane_count], y[lane_count], z[lane_count];
+  Vec3 operator[](std::size_t lane) const { return {x[lane], y[lane], z[lane]}; }
+  void set(std::size_t lane, const Vec3& v) { x[lane] = v.x, y[lane] = v.y, z[lane] = v.z; }
+};
+
+/// The pixel that sees a point.
+struct PixelPlace {
+  int column = 0, row = 0;
+};
+
+/// Points that pixels side by side see, to be lit together. Unused lanes hold those of a lane in use.
+class PointBatch {
+ public:
+  /// Adds a point; there must be a lane left. Returns its lane: pixels of a square of four by four get lanes that
+  /// spread the points of sampling::DiscSpirals well over the square.
+  std::size_t add(const ShadingPoint& point, const PixelPlace& pixel) {
+    std::size_t lane =
+        lane_of_pixel[static_cast<std::size_t>(pixel.row & 3)][static_cast<std::size_t>(pixel.column & 3)];
+    for (; (used_ >> lane & 1) != 0; lane = (lane + 1) % lane_count) {
+    }
+    if (used_ == 0) {
+      for (std::size_t other = 0; other < lane_count; ++other) set(other, point);
+    } else {
+      set(lane, point);
+    }
+    points_[lane] = point, pixels_[lane] = pixel;
+    used_ |= LaneMask{1} << lane;
+    if (point.material->is_lit) lit_ |= LaneMask{1} << lane;
+    return lane;
+  }
+  LaneMask used() const { return used_; }
+  LaneMask lit() const { return lit_; }  // the material sends on some light
+  const ShadingPoint& point(std::size_t lane) const { return points_[lane]; }
+  const PixelPlace& pixel(std::size_t lane) const { return pixels_[lane]; }
+
+  Lanes3 position, facing, normal, view;  // as in ShadingPoint, with the shading normal
+
+ private:
+  static constexpr std::array<std::array<std::uint8_t, 4>, 4> lane_of_pixel{
+      std::array<std::uint8_t, 4>{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
+  void set(std::size_t lane, const ShadingPoint& point) {
+    position.set(lane, point.surface.position), facing.set(lane, point.facing);
+    normal.set(lane, point.surface.shading_normal), view.set(lane, point.view);
+  }
+  std::array<ShadingPoint, lane_count> points_;
+  std::array<PixelPlace, lane_count> pixels_;
+  LaneMask used_ = 0, lit_ = 0;
+};
+
+/// Calls use(lane) for each lane in `mask`, the first lane first.
+template <class Use>
+void for_each_lane(LaneMask mask, const Use& use) {
+  for (; mask != 0; mask &= mask - 1) use(static_cast<std::size_t>(std::countr_zero(mask)));
+}
+
+}  // namespace penumbra::shading

@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/shading/shadows/shadows.h"
+#include "engine/shading/shadows/shared_samples.h"
+
+namespace penumbra::shading::shadows {
+namespace {
+
+/// Of the samples of a batch, those that are taken first: one of each point at least. So many at least have to agree.
+constexpr std::size_t samples_per_first = 4, least_first = 4;
+
+/// Neither lit nor dark, beyond rounding.
+bool is_partly(const Color& seen) {
+  constexpr double rounding = 1e-9;
+  const auto channel = [](double share) { return share > rounding && share < 1 - rounding; };
+  return channel(seen.r) || channel(seen.g) || channel(seen.b);
+}
+
+LaneMask lanes_below(std::size_t lane) { return (LaneMask{1} << lane) - 1; }
+
+}  // namespace
+
+void Shadows::see(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen) {
+  if (!(batch.radius > 0)) return see_points(batch, seen);
+  SeenBatch few = batch;
+  for_each_lane(batch.lanes, [&](std::size_t lane) {
+    if (!are_few(batch.points.point(lane), sampling)) few.lanes &= ~(LaneMask{1} << lane);
+  });
+  if (few.lanes != 0) see_few(few, sampling, seen);
+  const LaneMask others = batch.lanes & ~few.lanes;
+  LaneMask partly = 0;
+  for_each_lane(others, [&](std::size_t lane) {
+    const SeenDisc disc{batch.disc.axis[lane], batch.target.is_infinite ? batch.disc.axis[lane] : batch.l[lane],
+                        batch.radius, batch.target.is_infinite};
+    seen[lane] =
+        aim(batch.points.point(lane), batch.light, batch.target, &sampling).disc(disc, sampling, batch.place(lane));
+    // What many samples show as lit or dark is, whether or not that is known for certain.
+    if (is_partly(seen[lane].mean)) partly |= LaneMask{1} << lane;
+  });
+  share(batch, partly, seen);
+}
+
+void Shadows::share(const SeenBatch& batch, LaneMask lanes, Visibility* seen) {
+  if (switches_.shared_samples && lanes != 0)
+    counters_.lights_from_neighbours += share_samples(batch.points, lanes, seen);
+}
+
+void Shadows::see_points(const SeenBatch& batch, Visibility* seen) {
+  for_each_lane(batch.lanes, [&](std::size_t lane) {
+    Sight sight = aim(batch.points.point(lane), batch.light, batch.target);
+    seen[lane] = {sight.transmittance(batch.disc.axis[lane], batch.disc.limit()), {}, true};
+  });
+}
+
+void Shadows::see_few(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen) {
+  const auto points = static_cast<std::size_t>(std::popcount(batch.lanes));
+  const std::size_t count = sampling.few->count(), all = count * lane_count;
+  counters_.lights_from_few_rays += points;
+  transmittances_.resize(all);
+  const std::size_t name = static_cast<std::size_t>(std::countr_zero(batch.lanes));
+  const Rays rays{batch, sampling, sampling::DiscSpiral::turn(batch.place(name).key())};
+  // A disc that the horizon cuts is neither lit nor dark, whatever some samples say.
+  const LaneMask whole = batch.lanes & whole_above_horizon(batch.points, batch.disc), cut = batch.lanes & ~whole;
+  const auto wholes = static_cast<std::size_t>(std::popcount(whole));
+  First first{};
+  LaneMask rest = batch.lanes;
+  const std::size_t end_of_first = std::max(lane_count, all / samples_per_first);
+  if (switches_.agreeing_rays && wholes >= least_first) {
+    if (!cast(rays, whole, {0, end_of_first})) return;
+    first = told_by(whole, end_of_first);
+    if (first.agree()) {
+      const double off = 0.5 / (static_cast<double>(first.count) + 1);
+      const Visibility agreed{first.lit > 0 ? math::white : math::black, {{}, math::grey(off * off)}, false};
+      for_each_lane(whole, [&](std::size_t lane) { seen[lane] = agreed; });
+      counters_.shadow_rays_agreed += wholes * count - first.count;
+      rest = cut;
+    }
+    if (!cast(rays, cut, {0, end_of_first}) || !cast(rays, rest, {end_of_first, all})) return;
+  } else if (!cast(rays, rest, {0, all})) {
+    return;
+  }
+  for_each_lane(rest, [&](std::size_t lane) { seen[lane] = mean_of(&transmittances_[lane], count, lane_count); });
+  share(batch, rest & whole, seen);
+  if (first.nearly_agree()) note_missed(whole, count, first, seen);
+}
+
+void Shadows::note_missed(LaneMask lanes, std::size_t count, const First& first, Visibility* seen) const {
+  const Color most = first.lit > first.dark ? math::white : math::black;
+  // Of the point that one of them shows to differ, all samples and those after them.
+  std::size_t differing = 0, after = 0, differing_after = 0, which = 0;
+  for (std::size_t i = 0; i < first.end; ++i) {
+    const std::size_t lane = i % lane_count;
+    if ((lanes >> lane & 1) != 0 && !(transmittances_[i] == most)) which = lane;
+  }
+  for (std::size_t i = which; i < count * lane_count; i += lane_count) {
+    const bool differs = !(transmittances_[i] == most);
+    differing += differs;
+    if (i >= first.end) ++after, differing_after += differs;
+  }
+  const double rest = static_cast<double>(after), s = static_cast<double>(differing_after) / std::max(1.0, rest);
+  const double s_of_rest = rest > 1 ? s * (1 - s) * rest / (rest - 1) : 1.0 / 6;
+  const double times = static_cast<double>(count - after) * std::popcount(lanes);
+  const Color apart = (seen[which].mean - most) * (static_cast<double>(count) / static_cast<double>(differing));
+  const Color missed = apart * apart * (s_of_rest / times);
+  for_each_lane(lanes, [&](std::size_t lane) { seen[lane].missed = missed; });
+}
+
+bool Shadows::cast(const Rays& rays, LaneMask lanes, const Rounds& rounds) {
+  if (lanes == 0) return true;
+  sampling::DiscSpirals::Points points;
+  Lanes3 ways;
+  const DiscBatch& disc = rays.batch.disc;
+  std::size_t taken = 0;
+  for (std::size_t begin = rounds.begin, end; begin < rounds.end; begin = end) {
+    const std::size_t round = begin / lane_count, start = round * lane_count;
+    end = std::min(rounds.end, start + lane_count);
+    rays.sampling.few->points(round, rays.turn, points);
+    find_ways(disc, points, ways);
+    for_each_lane(lanes & ~lanes_below(begin - start) & lanes_below(end - start), [&](std::size_t lane) {
+      add_ray(rays.batch.points.point(lane), ways[lane], disc.limit(), transmittances_[start + lane]);
+    });
+    taken += lane_count;
+    if (taken >= samples_between_looks && is_canceled_()) return bundled_ = 0, false;
+  }
+  cast_bundle(disc.limit());
+  return true;
+}
+
+Shadows::First Shadows::told_by(LaneMask lanes, std::size_t end) const {
+  First first{end};
+  for (std::size_t start = 0; start < end; start += lane_count) {
+    for_each_lane(lanes & lanes_below(std::min(end - start, lane_count)), [&](std::size_t lane) {
+      const Color& seen = transmittances_[start + lane];
+      ++first.count;
+      first.lit += seen == math::white ? 1 : 0, first.dark += seen == math::black ? 1 : 0;
+    });
+  }
+  return first;
+}
+
+}  // namespace penumbra::shading::shadows
