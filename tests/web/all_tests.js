@@ -4,5 +4,6 @@ import './render_test.js';
 import './edit_test.js';
 import './job_test.js';
 import './access_test.js';
+import './proxy_test.js';
 import './away_test.js';
 import './view_test.js';
