@@ -4,7 +4,7 @@ import {by} from './page.js';
 
 const reasons = {
   '/problems/key-required': 'This server draws for people who have a key. Whoever runs it gives you one; it begins with rs_.',
-  '/problems/key-unknown': 'The server does not know this key. It may be mistyped, incomplete or withdrawn: a whole one looks like rs_…_….',
+  '/problems/key-unknown': 'The server does not know this key. A whole one looks like rs_…_… in one word: this one may be mistyped, incomplete or withdrawn.',
   '/problems/scope-missing': 'This key may look at jobs, but not do this. Whoever runs the server can give you one that may.',
 };
 let refused = new Set();  // what to do again

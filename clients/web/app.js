@@ -4,7 +4,7 @@ import {asksForKey} from './access.js';
 import * as editor from './editor.js';
 import {firstExample, loadExamples, pictureOf, textOf} from './examples.js';
 import {addressOfJob, refreshJobs} from './job_list.js';
-import {cancelJob, isUnderWay, leaveJob, showJob, shownId} from './job_view.js';
+import {cancelJob, isUnderWay, leaveJob, showFailure, showJob, shownId} from './job_view.js';
 import {parsed, readable} from './json_text.js';
 import {keep, kept} from './kept.js';
 import {createOptions, forgetWaiting, readOptions, waitingOptions, writeOptions} from './options.js';
@@ -71,7 +71,12 @@ async function chooseExample() {
   const name = chosen = by('example').value;
   by('example').value = origin.example ?? '';
   if (!name) return;
-  const text = await textOf(name);
+  let hasWaited = false;
+  const text = await textOf(name, () => {
+    hasWaited = true;
+    showState('The server does not answer; the example comes as soon as it does');
+  });
+  if (hasWaited && !isUnderWay()) showState('The server answers again');
   // Asked when it is there, for somebody may be typing until then.
   if (chosen !== name || !await mayReplace(`the example ${name}`)) return;
   openText(text, {example: name});
@@ -98,6 +103,9 @@ function showStart() {
   if (url) showPicture(url, `What ${origin.example} looks like`);
 }
 
+/// What a program has written is in one line, or in very long ones.
+const isForPeople = text => text.trim().includes('\n') && !/.{1000}/.test(text);
+
 async function openJob(id) {
   const isWanted = () => location.hash === addressOfJob(id);
   const onWait = () => isWanted() && showState('The server does not answer; it is asked again until it does');
@@ -113,9 +121,9 @@ async function openJob(id) {
     // The text is that job's already, or edits of it.
     if (origin.job === id) return;
     const text = await (await readPatiently(job.links.scene)).text();
-    const isLong = text.split('\n').some(line => line.length > 1000);
-    const readableText = isLong ? readable(parsed(text)) : text;
+    const readableText = isForPeople(text) ? text : readable(parsed(text));
     if (isWanted() && (editor.text() === readableText || await mayReplace(`the scene of ${job.name || 'this job'}`))) openText(readableText, {job: id});
+    showFailure();
   } catch (error) {
     if (!isWanted()) return;
     if (error.status === 410) return showProblem({title: 'The text is not this job’s', detail: 'its scene was kept for its time and is gone'});
@@ -176,10 +184,11 @@ async function begin() {
   createOptions(last?.about.waiting, onChange);
   readOptions();
   refreshJobs();
-  await loadExamples();
+  const onWait = () => showState('The server does not answer; it is asked again until it does');
+  await loadExamples(onWait);
   by('example').value = origin.example ?? '';
   const isJob = location.hash.startsWith('#/jobs/');
-  if (!last && !isJob) openText(await textOf(firstExample()), {example: firstExample()});
+  if (!last && !isJob) openText(await textOf(firstExample(), onWait), {example: firstExample()});
   await goToAddress();
 }
 

@@ -17,7 +17,7 @@ const colors = ViewPlugin.define(view => ({
 
 const theme = EditorView.theme({
   '&': {height: '100%', color: 'var(--ink)', backgroundColor: 'var(--page)', fontSize: '.82rem'},
-  '&.cm-focused': {outline: '2px solid var(--accent)', outlineOffset: '-2px'},
+  '&.cm-focused': {outline: 'none'},  // its host has one, which the gutter does not cover
   '.cm-scroller': {fontFamily: 'ui-monospace, monospace', lineHeight: 1.45, overflow: 'auto'},
   '.cm-content': {caretColor: 'var(--ink)'},
   // As wide as its own text: else a key in the longest line widens all others, which are laid out and painted again.
@@ -31,6 +31,7 @@ const theme = EditorView.theme({
   '.cm-lintRange-error': {backgroundImage: 'none', backgroundColor: 'var(--bad-page)', textDecoration: 'underline wavy var(--bad)'},
   '.cm-tooltip, .cm-panels': {color: 'var(--ink)', backgroundColor: 'var(--panel)', borderColor: 'var(--line)'},
   '.cm-textfield, .cm-button': {color: 'var(--ink)', backgroundColor: 'var(--page)', backgroundImage: 'none', borderColor: 'var(--line)'},
+  '.cm-textfield, .cm-button, .cm-panel.cm-search label': {fontSize: '.82rem'},
   '.cm-searchMatch': {backgroundColor: 'var(--chosen)'},
 });
 

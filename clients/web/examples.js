@@ -6,8 +6,9 @@ import {by} from './page.js';
 const first = 'hard-and-soft';
 let examples = [];  // {name, path, picture}
 
-export async function loadExamples() {
-  examples = await (await readPatiently('/scenes/index.json')).json();
+/// `onWait()` hears, here and below, that the server is away.
+export async function loadExamples(onWait) {
+  examples = await (await readPatiently('/scenes/index.json', {onWait})).json();
   by('example').replaceChildren(new Option('choose one…', ''), ...examples.map(({name}) => new Option(name, name)));
 }
 
@@ -19,6 +20,6 @@ export function pictureOf(name) {
   return path && addressOf(path);
 }
 
-export async function textOf(name) {
-  return readable(await (await readPatiently(examples.find(example => example.name === name).path)).json());
+export async function textOf(name, onWait) {
+  return readable(await (await readPatiently(examples.find(example => example.name === name).path, {onWait})).json());
 }

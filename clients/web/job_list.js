@@ -70,7 +70,7 @@ function newItem(id) {
 
 function fill(item, job) {
   const part = selector => item.querySelector(selector);
-  part('.name').textContent = job.name || 'unnamed';
+  part('.name').textContent = part('.name').title = job.name || 'unnamed';
   part('.size').textContent = job.width ? `${job.width} × ${job.height}` : '';
   part('.job-state').textContent = job.state === 'running' ? `running, ${Math.floor(job.progress.percent)} %` : job.state;
   part('.job-state').dataset.state = job.state;

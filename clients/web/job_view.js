@@ -1,5 +1,5 @@
 // The job that is shown: followed to its end, with previews, its picture and what became of it.
-import {bytesOf, call, forget, isAway, pause, readPatiently} from './calls.js';
+import {bytesOf, callPatiently, forget, pause, readPatiently} from './calls.js';
 import {asksForKey} from './access.js';
 import {follow, isFinal} from './follow.js';
 import {refreshJobs} from './job_list.js';
@@ -10,7 +10,7 @@ import {showStats} from './stats.js';
 import {setName, showState} from './status.js';
 
 const previewMs = 1000;
-let shown = null;  // {job, aborter, percent}; the aborter ends everything that is under way for it
+let shown = null;  // {job, aborter, percent, isCanceling}; the aborter ends everything that is under way for it
 
 export const shownId = () => shown?.job.id;
 export const isUnderWay = () => shown !== null && !shown.aborter.signal.aborted && !isFinal(shown.job.state);
@@ -44,7 +44,7 @@ function showIdle() {
 
 async function takeUp(view) {
   const {signal} = view.aborter;
-  const onWait = () => showState('The server does not answer; it is asked again until it does', view.percent);
+  const onWait = () => showAway(view);
   const onProgress = progress => showProgress(view, progress);
   showPreviews(view);
   try {
@@ -56,6 +56,11 @@ async function takeUp(view) {
   }
   if (shown === view) showEnd(view);
   refreshJobs();
+}
+
+function showAway(view) {
+  const rest = view.isCanceling ? 'the job is canceled as soon as it does' : 'it is asked again until it does';
+  showState(`The server does not answer; ${rest}`, view.percent);
 }
 
 function showProgress(view, {percent, state, eta_s: eta}) {
@@ -86,7 +91,7 @@ async function showEnd(view) {
   showIdle();
   if (job.state === 'failed') {
     showState('Failed', job.progress.percent, 'Failed');
-    showProblem(job.error ?? {detail: 'The render failed'});
+    showFailure();
   } else if (job.state === 'canceled') {
     showState('Canceled', job.progress.percent, 'Canceled');
   } else {
@@ -100,6 +105,11 @@ async function showEnd(view) {
   }
 }
 
+/// Why the job that is shown has failed, if it has: once more when another text has been opened.
+export function showFailure() {
+  if (shown?.job.state === 'failed') showProblem(shown.job.error ?? {detail: 'The render failed'});
+}
+
 /// Whoever has no key, or the wrong one, may go on with another.
 function giveUp(view, error) {
   view.aborter.abort();
@@ -111,9 +121,11 @@ function giveUp(view, error) {
 
 export async function cancelJob() {
   const view = shown;
-  // One that has ended meanwhile says so in its events.
-  await call(view.job.links.cancel, {method: 'POST'}).catch(error => {
+  view.isCanceling = true;
+  await callPatiently(view.job.links.cancel, {method: 'POST', onWait: () => shown === view && isUnderWay() && showAway(view)}).catch(error => {
+    view.isCanceling = false;
+    // One that has ended meanwhile says so in its events.
     if (error.status === 409 || asksForKey(error, cancelJob)) return;
-    showState(isAway(error) ? 'The server does not answer: the job was not canceled' : `Not canceled: ${error.message}`, view.percent);
+    showState(`Not canceled: ${error.message}`, view.percent);
   });
 }

@@ -42,12 +42,15 @@ export function parsed(text) {
   }
 }
 
-/// Where in a JSON text the value of a JSON Pointer (RFC 6901) stands: {from, to}, or the nearest parent that is there.
-/// Nothing when the text is not JSON.
-export function locate(text, pointer) {
+/// Says where in a JSON text the value of a JSON Pointer (RFC 6901) stands: {from, to}, or the nearest parent that is there;
+/// nothing when the text is not JSON. The text is parsed once for all pointers.
+export function locator(text) {
   const errors = [];
   const tree = parseTree(text, errors);
-  if (!tree || errors.length) return null;
+  return pointer => tree && !errors.length ? locate(tree, pointer) : null;
+}
+
+function locate(tree, pointer) {
   const path = pointer.split('/').slice(1).map(part => part.replaceAll('~1', '/').replaceAll('~0', '~'));
   let node = tree;
   for (const part of path) {

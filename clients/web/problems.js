@@ -1,6 +1,6 @@
 // What the server has against a job: told in words, with the places, which are underlined in the text.
 import {mark, select, selectMarked, text} from './editor.js';
-import {indexOfByte, locate} from './json_text.js';
+import {indexOfByte, locator} from './json_text.js';
 import {markOptions} from './options.js';
 import {by, element} from './page.js';
 
@@ -26,13 +26,14 @@ export function showProblem(problem) {
   by('errors').hidden = false;
   if (errors.length) markPlaces(errors);
   else if (problem.status === 400) markEndOfJson(problem.detail);
-  by('errors').scrollIntoView({block: 'nearest'});
+  // After the editor, which scrolls the page as well, in the next frame.
+  requestAnimationFrame(() => by('errors').scrollIntoView({block: 'nearest'}));
 }
 
 function markPlaces(errors) {
   by('text').classList.add('bad');
-  const current = text();
-  const ranges = errors.map(({pointer, detail}) => ({...locate(current, pointer), message: detail, source: pointer})).filter(range => 'from' in range);
+  const locate = locator(text());
+  const ranges = errors.map(({pointer, detail}) => ({...locate(pointer), message: detail, source: pointer})).filter(range => 'from' in range);
   mark(ranges);
   if (ranges.length) select(ranges[0], false);
 }

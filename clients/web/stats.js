@@ -8,7 +8,7 @@ export function showStats({build_s, render_s, encode_s, rays, estimated_error}) 
   const rows = {
     'Build': duration(build_s), 'Render': duration(render_s), 'Encode': duration(encode_s),
     'Camera rays': count(rays.camera), 'Shadow rays': count(rays.shadow), 'Reflected rays': count(rays.reflection),
-    'Transmitted rays': count(rays.transmission), 'Estimated error': estimated_error?.toExponential(1) ?? '–',
+    'Transmitted rays': count(rays.transmission), 'Estimated error': estimated_error?.toLocaleString('en', {maximumSignificantDigits: 2}) ?? '–',
   };
   by('stats').replaceChildren(...Object.entries(rows).map(([name, value]) =>
     element('div', {}, element('dt', {textContent: name}), element('dd', {textContent: value}))));

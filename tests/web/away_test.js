@@ -1,6 +1,6 @@
 // Servers that go and come back, and streams that are refused.
 import assert from 'node:assert/strict';
-import {chooseQuick, chooseSlow, jobOf, renderQuick, start, state, temporary, testPage, textOf, type, until, visit} from './harness.js';
+import {choose, chooseQuick, chooseSlow, renderQuick, server, start, state, temporary, testPage, type, until, visit} from './harness.js';
 
 /// The server that comes back is another process with the same store at the same address.
 async function withRestarts(page, run) {
@@ -37,6 +37,56 @@ testPage('a job that is sent while the server is away is sent once it is back, a
   await state(page, 'Done');
   await until(page, () => document.querySelectorAll('#job-list li').length === 1);
 }), {url: null});
+
+testPage('a job whose server goes is canceled once it is back', page => withRestarts(page, async (stop, begin) => {
+  await chooseSlow(page);
+  await page.click('#render');
+  await state(page, 'Rendering');
+  await stop();
+  await state(page, 'The server does not answer; it is asked again');
+  await page.click('#cancel');
+  await state(page, 'The server does not answer; the job is canceled as soon as it does');
+  // It is asked again meanwhile, and that changes nothing.
+  await page.waitForTimeout(2500);
+  assert.match(await page.textContent('#state'), /the job is canceled/);
+  await begin();
+  await state(page, 'Canceled');
+}), {url: null});
+
+testPage('a job whose answer is lost is sent again, and is one job', page => withRestarts(page, async () => {
+  await chooseQuick(page);
+  let sent = 0;
+  await page.route('**/v1/jobs', async route => {
+    if (route.request().method() !== 'POST' || sent++) return route.continue();
+    await route.fetch();
+    await route.abort();
+  });
+  await page.click('#render');
+  await state(page, 'Done');
+  assert.equal(sent, 2);
+  assert.equal((await page.evaluate(async () => (await fetch('v1/jobs')).json())).jobs.length, 1);
+}), {url: null});
+
+testPage('the first example and another one are waited for, and the page says so', async page => {
+  const comes = async path => {
+    await page.unroute(path);
+    await until(page, async () => (await import('./editor.js')).text() !== '');
+    await state(page, 'Nothing rendered yet');
+  };
+  for (const path of ['**/scenes/index.json', '**/scenes/hard-and-soft.json']) {
+    await page.evaluate(() => { onpagehide = () => [sessionStorage, localStorage].forEach(storage => storage.clear()); });
+    await page.route(path, route => route.abort());
+    await page.goto(server.url);
+    await page.reload();
+    await state(page, 'The server does not answer');
+    await comes(path);
+  }
+  await page.route('**/scenes/cow.json', route => route.abort());
+  await page.selectOption('#example', 'cow');
+  await state(page, 'The server does not answer; the example comes as soon as it does');
+  await comes('**/scenes/cow.json');
+  await choose(page, 'cow');
+});
 
 testPage('whoever does not want to wait for the server need not', page => withRestarts(page, async (stop, begin) => {
   await chooseQuick(page);

@@ -49,6 +49,7 @@ testPage('edits made after a job has been sent are still there when it is taken 
   await page.reload();
   await state(page, 'Done');
   assert.equal(await textOf(page), edited);
+  assert.ok(await page.isHidden('#replace'), 'they are no edits of another job');
 });
 
 testPage('opening another job asks before it drops edits, and shows the job whatever the answer', async page => {
@@ -69,17 +70,41 @@ testPage('an address of no job says so, and leaves the page usable', async page 
   await renderQuick(page);
 });
 
-testPage('a scene that was sent in one line is set out readably', async page => {
-  await choose(page, 'teapot');
+for (const [name, lines] of [['teapot', 100], ['light-sphere-point', 10]]) testPage(`a scene that was sent in one line is set out readably: ${name}`, async page => {
+  await choose(page, name);
   const job = await jobOf(page);
-  Object.assign(job.options, {width: 40, height: 40});
+  job.options = {width: 40, height: 40};
   const {id} = await page.evaluate(async body => (await fetch('v1/jobs', {method: 'POST', headers: {'Content-Type': 'application/json'}, body})).json(), JSON.stringify(job));
   await page.evaluate(hash => { location.hash = hash; }, `#/jobs/${id}`);
   await state(page, 'Done');
   await until(page, () => document.querySelector('#width').value === '40');
   assert.deepEqual(await jobOf(page), job);
-  assert.ok((await textOf(page)).split('\n').length > 100);
+  assert.ok((await textOf(page)).split('\n').length > lines);
 });
+
+testPage('a job that has failed says why, also where it is opened from its address', async page => {
+  const strict = await start(['--store', temporary(), '--job-time-limit', '1']);
+  try {
+    await visit(page, strict.url);
+    await chooseSlow(page);
+    await page.click('#render');
+    await state(page, 'Failed');
+    const why = await page.textContent('#problem');
+    assert.match(why, /took too long/);
+    const elsewhere = await page.context().browser().newPage();
+    try {
+      await elsewhere.goto(page.url());
+      await state(elsewhere, 'Failed');
+      await until(elsewhere, async text => (await import('./editor.js')).text() === text, await textOf(page));
+      await until(elsewhere, text => document.querySelector('#problem').textContent === text, why);
+      assert.ok(await elsewhere.isVisible('#errors'));
+    } finally {
+      await elsewhere.close();
+    }
+  } finally {
+    await strict.stop();
+  }
+}, {url: null});
 
 testPage('the list tells of each job its picture, name, size, state and time', async page => {
   await renderQuick(page, {width: 64, height: 48});

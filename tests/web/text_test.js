@@ -3,20 +3,31 @@ import assert from 'node:assert/strict';
 import {spawnSync} from 'node:child_process';
 import {readFileSync, readdirSync} from 'node:fs';
 import {test} from 'node:test';
-import {indexOfByte, locate, optionChange, readable} from '../../clients/web/json_text.js';
+import {indexOfByte, locator, optionChange, readable} from '../../clients/web/json_text.js';
 import {temporary} from './harness.js';
 
 const clients = new URL('../../clients/', import.meta.url);
 
 test('a JSON Pointer is found in the text', () => {
   const json = '{"a": [1, {"b/c": "x, }"}, [2]], "d~": null}';
-  const at = pointer => { const {from, to} = locate(json, pointer); return json.slice(from, to); };
+  const at = pointer => { const {from, to} = locator(json)(pointer); return json.slice(from, to); };
   assert.equal(at(''), json);
   assert.equal(at('/a/1/b~1c'), '"x, }"');
   assert.equal(at('/a/2/0'), '2');
   assert.equal(at('/d~0'), 'null');
   assert.equal(at('/a/1/missing'), '{"b/c": "x, }"}');
-  assert.equal(locate('{"a": [1}', '/a/7'), null);
+  assert.equal(locator('{"a": [1}')('/a/7'), null);
+});
+
+test('many places in a big scene are found as fast as one', () => {
+  const json = readFileSync(new URL('scenes/thousand-spheres.json', clients), 'utf8');
+  const fastest = count => Math.min(...Array.from({length: 5}, () => {
+    const begin = performance.now(), at = locator(json);
+    for (let i = 0; i < count; ++i) assert.ok(at(`/scene/objects/${i}`));
+    return performance.now() - begin;
+  }));
+  const [one, many] = [fastest(1), fastest(100)];
+  assert.ok(many < 10 * one, `${many} ms, and ${one} ms`);
 });
 
 test('bytes are counted as the server counts them', () => {
