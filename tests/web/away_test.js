@@ -106,10 +106,11 @@ const withoutRoom = {status: 200, contentType: 'text/event-stream', body: 'retry
 for (const [what, answer] of [['is refused', {status: 503}], ['ends at once, as there is no room for it,', withoutRoom]]) {
   testPage(`a stream that ${what} is asked for again`, async page => {
     await chooseSlow(page);
-    let asked = 0;
-    await page.route('**/events', route => asked++ ? route.continue() : route.fulfill(answer));
+    let answered = 0, asked = 0;
+    await page.route('**/events', route => answered++ ? route.continue() : route.fulfill(answer));
+    const again = page.waitForRequest(request => request.url().endsWith('/events') && ++asked === 2);
     await page.click('#render');
-    while (asked < 2) await page.waitForTimeout(50);
+    await again;
     await page.click('#cancel');
     await state(page, 'Canceled');
   });
@@ -127,6 +128,7 @@ testPage('a job the server has forgotten leaves the page usable', async page => 
   await page.route('**/events', route => route.fulfill({status: 404}));
   await page.click('#render');
   await state(page, 'The server no longer knows this job');
+  assert.ok(await page.isDisabled('#cancel'));
   await page.unrouteAll();
   await renderQuick(page, {width: 66, height: 48});
 });
