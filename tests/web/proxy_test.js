@@ -9,11 +9,11 @@ import {chooseQuick, chooseSlow, server, state, temporary, testPage, until, visi
 
 const caddyfile = readFileSync(new URL('../../docker/Caddyfile', import.meta.url), 'utf8');
 
-/// The same file, whose site has the server below a path and nothing else.
+/// The same file, whose site has the server below a path and nothing else. (Of itself Caddy says 200 of what there is not.)
 const below = path => {
   const [all, head, site] = caddyfile.match(/^([^]*\n\{\$PENUMBRA_SITE[^\n]*\{\n)([^]*)\n\}\n$/);
   assert.ok(site.includes('reverse_proxy'), all);
-  return `${head}handle_path ${path}* {\n${site}\n}\n}\n`;
+  return `${head}handle_path ${path}* {\n${site}\n}\nrespond 404\n}\n`;
 };
 
 const freePort = () => new Promise(resolve => {
