@@ -50,23 +50,22 @@ PixelRays::Center PixelRays::center(int column, int row) const {
 
 void PixelRays::centers(const PixelBlock& block, Center* centers, bool has_bundles,
                         shading::Integrator& integrator) const {
-  const auto column = [&](std::size_t i) { return block.left + static_cast<int>(i) % block.width(); };
-  const auto row = [&](std::size_t i) { return block.top + static_cast<int>(i) / block.width(); };
   if (!has_bundles) {
-    for (std::size_t i = 0; i < block.size(); ++i) centers[i] = center(column(i), row(i));
+    for (std::size_t i = 0; i < block.size(); ++i) centers[i] = center(block.column(i), block.row(i));
     return;
   }
   for (std::size_t first = 0; first < block.size(); first += accel::bundle_width) {
     const auto rays = for_each_lane<accel::bundle_width>([&](std::size_t i) {
       const std::size_t pixel = std::min(first + i, block.size() - 1);
-      return camera_.ray(column(pixel) + 0.5, row(pixel) + 0.5, {0, 0});
+      return camera_.ray(block.column(pixel) + 0.5, block.row(pixel) + 0.5, {0, 0});
     });
     const auto prepared = for_each_lane<accel::bundle_width>(
         [&](std::size_t i) { return geometry::PreparedRay(rays[i].origin, rays[i].direction); });
     const std::size_t size = std::min(accel::bundle_width, block.size() - first);
     std::array<std::optional<accel::Hit>, accel::bundle_width> hits;
     integrator.camera_hits(std::span(prepared).first(size), hits.data());
-    for (std::size_t i = 0; i < size; ++i) centers[first + i] = {column(first + i), row(first + i), rays[i], hits[i]};
+    for (std::size_t i = 0; i < size; ++i)
+      centers[first + i] = {block.column(first + i), block.row(first + i), rays[i], hits[i]};
   }
 }
 
@@ -85,6 +84,12 @@ void PixelRays::trace(std::span<const Center> centers, const shading::DiscSampli
         center.ray, center.hit, key(center.column, center.row).at(first_sample_place), {center.column, center.row}};
   });
   integrator.trace(std::span(rays).first(centers.size()), sampling, samples);
+}
+
+Pixel PixelRays::pixel_of(const Center& center, const shading::Integrator::Sample& sample,
+                          const shading::DiscSampling& sampling, shading::Integrator& integrator) const {
+  return {sample.radiance, has_lens() ? squared_error_of_lens(center, sample.radiance, sampling, integrator)
+                                      : squared_error(sample.radiance, sample.variance.measured)};
 }
 
 double PixelRays::squared_error_of_lens(const Center& center, const Color& color, const shading::DiscSampling& sampling,

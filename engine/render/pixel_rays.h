@@ -20,20 +20,31 @@ struct Pixel {
 /// above 1 has none.
 double squared_error(const math::Color& value, const math::Color& variance);
 
-/// Pixels that are lit together: right and bottom exclusive.
+/// Pixels that are lit together: of a square of the picture, right and bottom exclusive, those in the middle of every
+/// `stride` pixels.
 struct PixelBlock {
-  static constexpr int edge = 4;
-  int left, top, right, bottom;
-  int width() const { return right - left; }
-  std::size_t size() const { return static_cast<std::size_t>(width()) * static_cast<std::size_t>(bottom - top); }
+  static constexpr int edge = 4;  // at most, in strides
+  int left, top, right, bottom, stride = 1;
+  int columns() const { return (right - left + stride - 1) / stride; }
+  int rows() const { return (bottom - top + stride - 1) / stride; }
+  std::size_t size() const { return static_cast<std::size_t>(columns()) * static_cast<std::size_t>(rows()); }
+  /// Of the pixel `index`, row by row.
+  int column(std::size_t index) const { return middle(left, right, static_cast<int>(index) % columns()); }
+  int row(std::size_t index) const { return middle(top, bottom, static_cast<int>(index) / columns()); }
+
+ private:
+  int middle(int begin, int end, int step) const {
+    const int first = begin + step * stride;
+    return (first + std::min(first + stride, end) - 1) / 2;
+  }
 };
 /// Calls use(block) for the blocks of a tile, row by row.
 template <class Use>
-void for_each_block(const Canvas::Tile& tile, const Use& use) {
-  for (int row = tile.top; row < tile.bottom; row += PixelBlock::edge) {
-    for (int column = tile.left; column < tile.right; column += PixelBlock::edge)
-      use(PixelBlock{column, row, std::min(column + PixelBlock::edge, tile.right),
-                     std::min(row + PixelBlock::edge, tile.bottom)});
+void for_each_block(const Canvas::Tile& tile, int stride, const Use& use) {
+  const int edge = PixelBlock::edge * stride;
+  for (int row = tile.top; row < tile.bottom; row += edge) {
+    for (int column = tile.left; column < tile.right; column += edge)
+      use(PixelBlock{column, row, std::min(column + edge, tile.right), std::min(row + edge, tile.bottom), stride});
   }
 }
 
@@ -66,6 +77,9 @@ class PixelRays {
   /// The same for up to shading::lane_count of them, lit together.
   void trace(std::span<const Center> centers, const shading::DiscSampling& sampling, shading::Integrator& integrator,
              shading::Integrator::Sample* samples) const;
+  /// The pixel that a sample of its center makes.
+  Pixel pixel_of(const Center& center, const shading::Integrator::Sample& sample, const shading::DiscSampling& sampling,
+                 shading::Integrator& integrator) const;
   /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is
   /// added by a few of them for all.
   double squared_error_of_lens(const Center& center, const math::Color& color, const shading::DiscSampling& sampling,

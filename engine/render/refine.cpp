@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/math/elementary.h"
+#include "engine/render/sample_choice.h"
 
 namespace penumbra::render {
 namespace {
@@ -14,7 +15,9 @@ using math::Color;
 constexpr std::uint64_t block_place = 3;
 /// Pixels farther apart than this have too little in common to look for it.
 constexpr int widest_stride_of_cells = 4;
-constexpr std::uint64_t blocks_per_check = 4;
+/// Of squares that are many, one of so many is looked at again.
+constexpr std::uint64_t squares_per_check = 4, small_squares_per_check = 16;
+constexpr int small_square = 4;
 
 }  // namespace
 
@@ -50,7 +53,7 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
       switches_(switches),
       sampling_(pass.shadow_samples),
       rays_(scene, camera, options.seed) {
-  if (options.target_error && stride_ == 1)
+  if (options.target_error && stride_ == 1 && samples_per_pixel_ > 1)
     refiner_.emplace(rays_, *options.target_error / math::power_of_two(options.exposure), pass.samples_per_pixel,
                      pass.shadow_samples);
 }
@@ -65,10 +68,13 @@ shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_sto
   return {scene_, {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches}, is_stopped};
 }
 
-void PixelSampler::prepare(const std::function<bool()>& is_stopped) {
-  if (!refiner_ || samples_per_pixel_ > 1 || camera_.has_lens()) return;
+void PixelSampler::prepare(int least, const std::function<bool()>& is_stopped) {
+  if (!options_.target_error || stride_ > 1 || samples_per_pixel_ > 1) return;
   shading::Integrator looking = integrator(is_stopped, false);
-  refiner_->look_at_picture(options_.width, options_.height, looking);
+  const int most = sampling_.spiral.count();
+  const double target = *options_.target_error / math::power_of_two(options_.exposure);
+  const int chosen = samples_for_target(rays_, options_.width, options_.height, target, most, looking);
+  sampling_ = shading::DiscSampling(std::min(most, std::max(least, chosen)));
 }
 
 std::optional<Color> PixelSampler::background_of(const Canvas::Tile& tile) const {
@@ -81,73 +87,62 @@ std::optional<Color> PixelSampler::background_of(const Canvas::Tile& tile) const
 
 std::vector<Pixel> PixelSampler::sample(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
                                         shading::Integrator& integrator) const {
-  const bool has_bundles = stride_ == 1 && samples_per_pixel_ == 1 && !camera_.has_lens() && switches_.camera_bundles;
-  if (refiner_) return refiner_->refine(tile, has_bundles, is_stopped, integrator);
-  if (stride_ > 1 || samples_per_pixel_ > 1) return sample_blocks(tile, is_stopped, integrator);
-  const int width = tile.right - tile.left;
-  std::vector<Pixel> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(tile.bottom - tile.top));
-  std::array<PixelRays::Center, shading::lane_count> centers;
-  std::array<shading::Integrator::Sample, shading::lane_count> samples;
-  for_each_block(tile, [&](const PixelBlock& block) {
+  if (refiner_) return refiner_->refine(tile, is_stopped, integrator);
+  const int columns = (tile.right - tile.left + stride_ - 1) / stride_;
+  const int rows = (tile.bottom - tile.top + stride_ - 1) / stride_;
+  std::vector<Pixel> pixels(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  std::array<Pixel, shading::lane_count> found;
+  for_each_block(tile, stride_, [&](const PixelBlock& block) {
     if (is_stopped()) return;
-    rays_.centers(block, centers.data(), has_bundles, integrator);
-    rays_.trace(std::span(centers).first(block.size()), sampling_, integrator, samples.data());
+    sample(block, integrator, found.data());
+    const int left = (block.left - tile.left) / stride_, top = (block.top - tile.top) / stride_;
     for (std::size_t i = 0; i < block.size(); ++i) {
-      const PixelRays::Center& center = centers[i];
-      pixels[static_cast<std::size_t>((center.row - tile.top) * width + center.column - tile.left)] =
-          of_center_ray(center, samples[i], integrator);
+      const int column = left + static_cast<int>(i) % block.columns(),
+                row = top + static_cast<int>(i) / block.columns();
+      if (stride_ > 1) stand_for_square(block.column(i), block.row(i), integrator, found[i]);
+      pixels[static_cast<std::size_t>(row * columns + column)] = found[i];
     }
   });
   return pixels;
 }
 
-std::vector<Pixel> PixelSampler::sample_blocks(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
-                                               shading::Integrator& integrator) const {
-  std::vector<Pixel> pixels;
-  for (int row = tile.top; row < tile.bottom && !is_stopped(); row += stride_) {
-    for (int column = tile.left; column < tile.right; column += stride_) {
-      const int right = std::min(column + stride_, tile.right), bottom = std::min(row + stride_, tile.bottom);
-      pixels.push_back(sample_block((column + right - 1) / 2, (row + bottom - 1) / 2, integrator));
-    }
+void PixelSampler::sample(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const {
+  if (samples_per_pixel_ > 1) {
+    for (std::size_t i = 0; i < block.size(); ++i)
+      pixels[i] = with_camera_samples(block.column(i), block.row(i), integrator);
+    return;
   }
-  return pixels;
+  std::array<PixelRays::Center, shading::lane_count> centers;
+  std::array<shading::Integrator::Sample, shading::lane_count> samples;
+  rays_.centers(block, centers.data(), !camera_.has_lens() && switches_.camera_bundles, integrator);
+  rays_.trace(std::span(centers).first(block.size()), sampling_, integrator, samples.data());
+  for (std::size_t i = 0; i < block.size(); ++i)
+    pixels[i] = rays_.pixel_of(centers[i], samples[i], sampling_, integrator);
 }
 
-Pixel PixelSampler::sample_block(int column, int row, shading::Integrator& integrator) const {
-  Pixel pixel = sample_one(column, row, integrator);
+void PixelSampler::stand_for_square(int column, int row, shading::Integrator& integrator, Pixel& pixel) const {
   const sampling::Key place = rays_.key(column, row).at(block_place);
-  // Another pixel of some blocks shows what it costs that one stands for all; of all of them where they are few.
-  const std::uint64_t per_check = stride_ < Canvas::tile_edge ? blocks_per_check : 1;
-  if (stride_ > 1 && place.bits() % per_check == 0) {
-    const auto away = [&](int axis) { return static_cast<int>(place.uniform(axis) * stride_) - stride_ / 2; };
-    const Color other = sample_one(column + away(0), row + away(1), integrator).color;
-    const auto squared = [](double a, double b) {
-      const double difference = std::clamp(a, 0.0, 1.0) - std::clamp(b, 0.0, 1.0);
-      return difference * difference;
-    };
-    pixel.squared_error =
-        static_cast<double>(per_check) *
-        (squared(pixel.color.r, other.r) + squared(pixel.color.g, other.g) + squared(pixel.color.b, other.b));
-  } else if (stride_ > 1) {
-    pixel.squared_error = 0;
-  }
-  return pixel;
+  // Another pixel of some squares shows what it costs that one stands for all; of all of them where they are few.
+  const std::uint64_t per_check = stride_ <= small_square       ? small_squares_per_check
+                                  : stride_ < Canvas::tile_edge ? squares_per_check
+                                                                : 1;
+  pixel.squared_error = 0;
+  if (place.bits() % per_check != 0) return;
+  const auto away = [&](int axis) { return static_cast<int>(place.uniform(axis) * stride_) - stride_ / 2; };
+  const Color other = sample_one(column + away(0), row + away(1), integrator).color;
+  const auto squared = [](double a, double b) {
+    const double difference = std::clamp(a, 0.0, 1.0) - std::clamp(b, 0.0, 1.0);
+    return difference * difference;
+  };
+  pixel.squared_error =
+      static_cast<double>(per_check) *
+      (squared(pixel.color.r, other.r) + squared(pixel.color.g, other.g) + squared(pixel.color.b, other.b));
 }
 
 Pixel PixelSampler::sample_one(int column, int row, shading::Integrator& integrator) const {
-  if (samples_per_pixel_ > 1) return with_camera_samples(column, row, integrator);
-  return with_center_ray(rays_.center(column, row), integrator);
-}
-
-Pixel PixelSampler::with_center_ray(const PixelRays::Center& center, shading::Integrator& integrator) const {
-  return of_center_ray(center, rays_.trace(center, sampling_, integrator), integrator);
-}
-
-Pixel PixelSampler::of_center_ray(const PixelRays::Center& center, const shading::Integrator::Sample& sample,
-                                  shading::Integrator& integrator) const {
-  return {sample.radiance, camera_.has_lens()
-                               ? rays_.squared_error_of_lens(center, sample.radiance, sampling_, integrator)
-                               : squared_error(sample.radiance, sample.variance.measured)};
+  Pixel pixel;
+  sample(PixelBlock{column, row, column + 1, row + 1}, integrator, &pixel);
+  return pixel;
 }
 
 Pixel PixelSampler::with_camera_samples(int column, int row, shading::Integrator& integrator) const {

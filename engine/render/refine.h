@@ -40,23 +40,22 @@ class PixelSampler {
   /// The color of every pixel of the tile, if it shows nothing but the background for certain.
   std::optional<math::Color> background_of(const Canvas::Tile& tile) const;
 
-  /// To be called once before `sample`: with a target for the error, the picture is looked at as a whole.
-  void prepare(const std::function<bool()>& is_stopped);
+  /// To be called once before `sample`: with a target for the error and one camera ray a pixel, chooses how many shadow
+  /// samples the whole picture gets, `least` or more.
+  void prepare(int least, const std::function<bool()>& is_stopped);
+  /// Of each light.
+  int shadow_samples() const { return sampling_.spiral.count(); }
 
   /// An integrator for `sample`, for one thread.
   shading::Integrator integrator(const std::function<bool()>& is_stopped) const;
 
  private:
   shading::Integrator integrator(const std::function<bool()>& is_stopped, bool has_neighbours) const;
-  std::vector<Pixel> sample_blocks(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
-                                   shading::Integrator& integrator) const;
-  Pixel with_camera_samples(int column, int row, shading::Integrator& integrator) const;
-  /// One pixel, for its whole block.
-  Pixel sample_block(int column, int row, shading::Integrator& integrator) const;
+  void sample(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const;
   Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
-  Pixel with_center_ray(const PixelRays::Center& center, shading::Integrator& integrator) const;
-  Pixel of_center_ray(const PixelRays::Center& center, const shading::Integrator::Sample& sample,
-                      shading::Integrator& integrator) const;
+  Pixel with_camera_samples(int column, int row, shading::Integrator& integrator) const;
+  /// Finds the error of a pixel that stands for all of a square of `stride_` pixels.
+  void stand_for_square(int column, int row, shading::Integrator& integrator, Pixel& pixel) const;
 
   const shading::Scene& scene_;
   const Camera& camera_;

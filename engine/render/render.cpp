@@ -83,15 +83,24 @@ class Rendering {
   /// All passes; nothing once it is canceled.
   std::shared_ptr<const Film> run();
   double seconds() const { return seconds_since(start_); }
+  /// Of the picture, per channel, as the records tell.
+  double estimated_error() const {
+    double squared_error = 0;
+    for (const TileRecord& record : records_) squared_error += record.squared_error;
+    return gain_ * std::sqrt(std::max(0.0, squared_error) / (3.0 * options_.width * options_.height));
+  }
   const std::vector<TileRecord>& records() const { return records_; }
 
  private:
   std::shared_ptr<Canvas> canvas(std::shared_ptr<const Film> backdrop) const {
     return std::make_shared<Canvas>(options_.width, options_.height, gain_, std::move(backdrop));
   }
-  /// Paints every tile that `is_stopped` lets it.
-  void paint_all(const Pass& pass, const std::function<bool()>& is_stopped, Canvas& canvas,
-                 std::vector<TileRecord>& records);
+  /// Paints every tile that `is_stopped` lets it, with `least` shadow samples if the pass has so many. Returns how many
+  /// there were.
+  int paint_all(const Pass& pass, int least, const std::function<bool()>& is_stopped, Canvas& canvas,
+                std::vector<TileRecord>& records);
+  /// After a pass with so many samples: the picture is further off than it may be, and more samples are allowed.
+  bool needs_more(const Pass& pass, int shadow_samples) const;
   /// Somebody looks, or will have to wait: told by a few pixels and what they take.
   bool wants_preview(const Pass& pass) const;
 
@@ -107,10 +116,10 @@ class Rendering {
   std::vector<TileRecord> records_;
 };
 
-void Rendering::paint_all(const Pass& pass, const std::function<bool()>& is_stopped, Canvas& canvas,
-                          std::vector<TileRecord>& records) {
+int Rendering::paint_all(const Pass& pass, int least, const std::function<bool()>& is_stopped, Canvas& canvas,
+                         std::vector<TileRecord>& records) {
   PixelSampler sampler(compiled_.scene, camera_, options_, pass, switches_);
-  sampler.prepare(is_stopped);
+  sampler.prepare(least, is_stopped);
   records.resize(static_cast<std::size_t>(canvas.tile_count()));
   const std::uint64_t tile_work = pass.work / records.size();
   pool_.run(canvas.tile_count(), threads_, [&](std::int64_t task) {
@@ -121,6 +130,13 @@ void Rendering::paint_all(const Pass& pass, const std::function<bool()>& is_stop
     canvas.mark_done(index);
     control_.advance(tile_work);
   });
+  return sampler.shadow_samples();
+}
+
+bool Rendering::needs_more(const Pass& pass, int shadow_samples) const {
+  if (!options_.target_error || pass.stride > 1 || pass.samples_per_pixel > 1) return false;
+  constexpr double of_target = 0.85;  // the estimate may be off, too
+  return shadow_samples < pass.shadow_samples && estimated_error() > of_target * *options_.target_error;
 }
 
 bool Rendering::wants_preview(const Pass& pass) const {
@@ -156,15 +172,18 @@ std::shared_ptr<const Film> Rendering::run() {
   if (has_preview) {
     std::vector<TileRecord> nobodys;
     paint_all(
-        preview_pass(), [&] { return control_.is_canceled(); }, *shown, nobodys);
+        preview_pass(), 0, [&] { return control_.is_canceled(); }, *shown, nobodys);
   }
   for (const Pass& pass : passes) {
     // The first pass is cheap and must cover the picture; only later ones give way to the budget.
     const bool is_first = &pass == &passes.front();
-    shown = canvas(is_first && !has_preview ? nullptr : shown->film());
-    control_.attach(shown, work_total);
-    paint_all(
-        pass, [&] { return control_.is_canceled() || (!is_first && is_out_of_time()); }, *shown, records_);
+    const auto is_stopped = [&] { return control_.is_canceled() || (!is_first && is_out_of_time()); };
+    int samples = 0;
+    do {
+      shown = canvas(is_first && !has_preview && samples == 0 ? nullptr : shown->film());
+      control_.attach(shown, work_total);
+      samples = paint_all(pass, 2 * samples, is_stopped, *shown, records_);
+    } while (!is_stopped() && needs_more(pass, samples));
     if (control_.is_canceled()) return nullptr;
     if (is_out_of_time()) break;
   }
@@ -198,14 +217,9 @@ std::optional<Picture> render(const scene::Description& description, const scene
   picture.film = rendering.run();
   if (!picture.film) return std::nullopt;
   shading::Counters counters;
-  double squared_error = 0;
   std::uint64_t empty_tiles = 0;
-  for (const TileRecord& record : rendering.records()) {
-    counters += record.counters, squared_error += record.squared_error;
-    empty_tiles += record.empty_tiles;
-  }
-  picture.stats.estimated_error = math::power_of_two(options.exposure) *
-                                  std::sqrt(std::max(0.0, squared_error) / (3.0 * options.width * options.height));
+  for (const TileRecord& record : rendering.records()) counters += record.counters, empty_tiles += record.empty_tiles;
+  picture.stats.estimated_error = rendering.estimated_error();
   picture.stats.render_s = rendering.seconds();
   picture.stats.rays = counters.rays;
   picture.stats.skipped = skipped(counters, compiled.merged_lights, empty_tiles);

@@ -15,11 +15,6 @@ using math::Color;
 constexpr int first_camera_samples = 4, first_shadow_samples = 2;
 /// What doubling the samples divides a variance by.
 constexpr double least_gain = 2, greatest_gain = 4;
-/// Of what the picture may be off, squared, what pixels here and there may be: they are few, and may be lucky.
-constexpr double of_picture = 0.5;
-/// One of so many pixels that end is looked at once more, and tells what all of them are off by; of small pictures more
-/// are, for few tell little.
-constexpr std::uint64_t least_per_check = 2, most_per_check = 32, pixels_of_each = 16384, check_place = 4;
 /// A pixel goes on after all where the second half of its samples shows so many times the variance that was asked for.
 constexpr double revoking = 2;
 
@@ -52,11 +47,6 @@ Color squared_distance(const Color& a, const Color& b) {
     return d * d;
   };
   return {channel(a.r, b.r), channel(a.g, b.g), channel(a.b, b.b)};
-}
-
-/// What a pixel was off by, on average over many, told by another look at it: that is off itself.
-double squared_error_beside(const Color& seen, const shading::Integrator::Sample& next) {
-  return sum_of(squared_distance(seen, next.radiance)) - squared_error(next.radiance, next.variance.measured);
 }
 
 Color positive(const Color& c) { return {std::max(0.0, c.r), std::max(0.0, c.g), std::max(0.0, c.b)}; }
@@ -143,149 +133,8 @@ TileRefiner::TileRefiner(const PixelRays& rays, double target_error, int samples
   samplings_.emplace_back(shadow_samples);
 }
 
-std::vector<Pixel> TileRefiner::refine(const Canvas::Tile& tile, bool has_bundles,
-                                       const std::function<bool()>& is_stopped, shading::Integrator& integrator) const {
-  return looks_.back() > 1 ? with_several(tile, is_stopped, integrator)
-                           : with_center_rays(tile, has_bundles, is_stopped, integrator);
-}
-
-std::vector<PixelRays::Center> TileRefiner::centers_of(const Canvas::Tile& tile, bool has_bundles,
-                                                       shading::Integrator& integrator) const {
-  std::vector<PixelRays::Center> centers;
-  for_each_block(tile, [&](const PixelBlock& block) {
-    centers.resize(centers.size() + block.size());
-    rays_.centers(block, &*centers.end() - block.size(), has_bundles, integrator);
-  });
-  return centers;
-}
-
-void TileRefiner::look_at_picture(int width, int height, shading::Integrator& integrator) {
-  per_check_ = std::clamp(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) / pixels_of_each,
-                          least_per_check, most_per_check);
-  constexpr int most_groups = 400, least_groups = 32, groups_apart = 8, edge = PixelBlock::edge;
-  constexpr std::size_t each = edge * edge;
-  const int columns = width / edge, rows = height / edge, groups = std::min(most_groups, columns * rows / groups_apart);
-  if (groups < least_groups) return;
-  std::vector<PixelRays::Center> centers(static_cast<std::size_t>(groups) * each);
-  for (int i = 0; i < groups; ++i) {
-    // Evenly over the picture: Roberts' sequence of the plastic number.
-    const auto part = [&](double step) { return std::fmod(0.5 + step * (i + 1), 1.0); };
-    const int column = static_cast<int>(part(0.7548776662466927) * columns) * edge;
-    const int row = static_cast<int>(part(0.5698402909980532) * rows) * edge;
-    rays_.centers({column, row, column + edge, row + edge}, &centers[static_cast<std::size_t>(i) * each], false,
-                  integrator);
-  }
-  // Whoever stops is as far off as the next look shows: its own samples had a say in that it stops.
-  std::vector<Look> looks;
-  const double allowed = of_picture * 3 * squared_target_ * static_cast<double>(centers.size());
-  const auto squared_error = [&](double target) {
-    double sum = 0;
-    for (std::size_t i = 0; i < centers.size(); ++i) {
-      std::size_t l = 0;
-      while (l + 2 < looks.size() && looks[l].modelled[i] >= target) ++l;
-      sum += squared_error_beside(looks[l].samples[i].radiance, looks[l + 1].samples[i]);
-    }
-    return sum;
-  };
-  for (const shading::DiscSampling& sampling : samplings_) {
-    looks.push_back(look(centers, sampling, integrator));
-    if (looks.size() > 2 && squared_error(0) < 0.1 * allowed) break;
-  }
-  if (looks.size() < 2) return;
-  double target = squared_target_;
-  for (int doubled = 0; doubled < 32 && squared_error(2 * target) <= allowed; ++doubled) target *= 2;
-  squared_target_ = target;
-}
-
-TileRefiner::Look TileRefiner::look(std::span<const PixelRays::Center> centers, const shading::DiscSampling& sampling,
-                                    shading::Integrator& integrator) const {
-  Look result;
-  Ratio measured_to_modelled(1);
-  std::array<shading::Integrator::Sample, shading::lane_count> found;
-  for (std::size_t first = 0; first < centers.size(); first += found.size()) {
-    rays_.trace(centers.subspan(first, found.size()), sampling, integrator, found.data());
-    for (const shading::Integrator::Sample& sample : found) {
-      const shading::Variance& variance = sample.variance;
-      result.samples.push_back(sample), result.modelled.push_back(math::max_channel(variance.modelled));
-      if (const double measured = sum_of(variance.measured); measured > 0)
-        measured_to_modelled.add(measured, sum_of(variance.modelled));
-    }
-  }
-  for (double& modelled : result.modelled) modelled *= measured_to_modelled.value();
-  return result;
-}
-
-void TileRefiner::trace(std::span<const std::size_t> active, std::span<const PixelRays::Center> centers,
-                        const shading::DiscSampling& sampling, shading::Integrator& integrator,
-                        std::span<shading::Integrator::Sample> samples) const {
-  std::array<PixelRays::Center, shading::lane_count> some;
-  std::array<shading::Integrator::Sample, shading::lane_count> found;
-  const auto block = [&](std::size_t i) {
-    return std::pair(centers[i].column / PixelBlock::edge, centers[i].row / PixelBlock::edge);
-  };
-  for (std::size_t begin = 0, end; begin < active.size(); begin = end) {
-    for (end = begin; end < active.size() && block(active[end]) == block(active[begin]); ++end)
-      some[end - begin] = centers[active[end]];
-    rays_.trace(std::span(some).first(end - begin), sampling, integrator, found.data());
-    for (std::size_t i = begin; i < end; ++i) samples[active[i]] = found[i - begin];
-  }
-}
-
-void TileRefiner::check(std::span<const std::size_t> ended, std::span<const PixelRays::Center> centers,
-                        const shading::DiscSampling& next, shading::Integrator& integrator,
-                        std::span<Pixel> pixels) const {
-  std::vector<std::size_t> checked;
-  for (const std::size_t i : ended) {
-    pixels[i].squared_error = 0;
-    if (rays_.key(centers[i].column, centers[i].row).at(check_place).bits() % per_check_ == 0) checked.push_back(i);
-  }
-  std::vector<shading::Integrator::Sample> samples(centers.size());
-  trace(checked, centers, next, integrator, samples);
-  for (const std::size_t i : checked)
-    pixels[i].squared_error = static_cast<double>(per_check_) * squared_error_beside(pixels[i].color, samples[i]);
-}
-
-std::vector<Pixel> TileRefiner::with_center_rays(const Canvas::Tile& tile, bool has_bundles,
-                                                 const std::function<bool()>& is_stopped,
-                                                 shading::Integrator& integrator) const {
-  const std::vector<PixelRays::Center> centers = centers_of(tile, has_bundles, integrator);
-  std::vector<Pixel> pixels(centers.size());
-  std::vector<std::size_t> active(centers.size());
-  for (std::size_t i = 0; i < active.size(); ++i) active[i] = i;
-  std::vector<double> modelled(centers.size());
-  std::vector<shading::Integrator::Sample> samples(centers.size());
-  for (const shading::DiscSampling& sampling : samplings_) {
-    Ratio measured_to_modelled(1);
-    if (is_stopped()) return pixels;
-    trace(active, centers, sampling, integrator, samples);
-    for (const std::size_t i : active) {
-      const auto& [radiance, variance] = samples[i];
-      pixels[i] = {radiance, squared_error(radiance, variance.measured)};
-      modelled[i] = math::max_channel(variance.modelled);
-      // Where all samples agree it depends on how the scene is searched whether that counts as certain.
-      if (const double measured = sum_of(variance.measured); measured > 0)
-        measured_to_modelled.add(measured, sum_of(variance.modelled));
-    }
-    const double factor = measured_to_modelled.value();
-    const auto rest = std::stable_partition(active.begin(), active.end(),
-                                            [&](std::size_t i) { return !(modelled[i] * factor < squared_target_); });
-    if (&sampling != &samplings_.back()) check({rest, active.end()}, centers, *(&sampling + 1), integrator, pixels);
-    active.erase(rest, active.end());
-  }
-  if (rays_.has_lens()) {
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-      pixels[i].squared_error = rays_.squared_error_of_lens(centers[i], pixels[i].color, samplings_.back(), integrator);
-  }
-  std::vector<Pixel> by_row(pixels.size());
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const int row = centers[i].row - tile.top, column = centers[i].column - tile.left;
-    by_row[static_cast<std::size_t>(row * (tile.right - tile.left) + column)] = pixels[i];
-  }
-  return by_row;
-}
-
-std::vector<Pixel> TileRefiner::with_several(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
-                                             shading::Integrator& integrator) const {
+std::vector<Pixel> TileRefiner::refine(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
+                                       shading::Integrator& integrator) const {
   std::vector<Several> active;
   for (int row = tile.top; row < tile.bottom; ++row) {
     for (int column = tile.left; column < tile.right; ++column)

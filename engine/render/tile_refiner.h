@@ -8,10 +8,10 @@
 
 namespace penumbra::render {
 
-/// Takes as many samples of each pixel of a tile as a target for their error asks for. A pixel alone cannot tell its
-/// error well: that few samples agree may be chance. So a model tells how the pixels' variances compare, and the whole
-/// tile by what factor that model is off in it. And what has a say in the decision to stop no longer tells the error
-/// honestly – pixels stop where it happens to be small –, so the error of each is measured by what had none: with
+/// Takes as many camera samples of each pixel of a tile as a target for their error asks for. A pixel alone cannot tell
+/// its error well: that few samples agree may be chance. So a model tells how the pixels' variances compare, and the
+/// whole tile by what factor that model is off in it. And what has a say in the decision to stop no longer tells the
+/// error honestly – pixels stop where it happens to be small –, so the error of each is measured by what had none: with
 /// several camera rays the decision is to take as many again, which then show how far both are off.
 /// May be shared between threads while it refines.
 class TileRefiner {
@@ -19,37 +19,13 @@ class TileRefiner {
   /// The numbers of samples are caps. `rays` outlives this object.
   TileRefiner(const PixelRays& rays, double target_error, int samples_per_pixel, int shadow_samples);
 
-  /// The target is the picture's: where most of it is certain, each other pixel may be further off. Told by pixels here
-  /// and there, each with one camera ray; to be called before any tile is refined.
-  void look_at_picture(int width, int height, shading::Integrator& integrator);
-
-  /// The tile's pixels, row by row, with camera rays in bundles if `has_bundles`; left unfinished once `is_stopped`.
-  std::vector<Pixel> refine(const Canvas::Tile& tile, bool has_bundles, const std::function<bool()>& is_stopped,
+  /// The tile's pixels, row by row; left unfinished once `is_stopped`.
+  std::vector<Pixel> refine(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
                             shading::Integrator& integrator) const;
 
  private:
   struct Several;
-  /// What pixels here and there show after so many samples, and what variance they seem to have.
-  struct Look {
-    std::vector<shading::Integrator::Sample> samples;
-    std::vector<double> modelled;
-  };
-  Look look(std::span<const PixelRays::Center> centers, const shading::DiscSampling& sampling,
-            shading::Integrator& integrator) const;
   class Surroundings;
-  std::vector<Pixel> with_center_rays(const Canvas::Tile& tile, bool has_bundles,
-                                      const std::function<bool()>& is_stopped, shading::Integrator& integrator) const;
-  std::vector<Pixel> with_several(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
-                                  shading::Integrator& integrator) const;
-  /// The samples of the active pixels; those of a block are lit together.
-  void trace(std::span<const std::size_t> active, std::span<const PixelRays::Center> centers,
-             const shading::DiscSampling& sampling, shading::Integrator& integrator,
-             std::span<shading::Integrator::Sample> samples) const;
-  /// Finds what pixels that end are off by.
-  void check(std::span<const std::size_t> ended, std::span<const PixelRays::Center> centers,
-             const shading::DiscSampling& next, shading::Integrator& integrator, std::span<Pixel> pixels) const;
-  std::vector<PixelRays::Center> centers_of(const Canvas::Tile& tile, bool has_bundles,
-                                            shading::Integrator& integrator) const;
   /// What the pixels of a tile have in common after as many samples.
   struct Trend {
     sampling::Halves::Order order;
@@ -64,8 +40,7 @@ class TileRefiner {
   double contrast_beside(Several& pixel, const shading::DiscSampling& sampling, shading::Integrator& integrator) const;
 
   const PixelRays& rays_;
-  double squared_target_;  // of a pixel
-  std::uint64_t per_check_ = 1;
+  double squared_target_;                         // of a pixel
   std::vector<int> looks_;                        // numbers of camera samples, ascending; the last is the cap
   std::vector<shading::DiscSampling> samplings_;  // ascending counts; the last is the cap
 };

@@ -25,9 +25,9 @@ class Halves {
   static constexpr Order independent{1.0};
   /// Points across an edge in d dimensions, q = 1 + 1/d: a pixel or a light, and a pixel and the lens.
   static constexpr Order points{1 / 1.8284271247461903}, points_through_lens{1 / 1.3784142300054421};
-  /// Chords across an edge: 3 ≤ q ≤ 5, measured, and nearer to 3 the more there are; two chords alone no better than
-  /// q = 1.9.
-  static constexpr Order chords(int count) { return {count > 8 ? 1 / 8.0 : count > 2 ? 1 / 12.0 : 0.37}; }
+  /// Chords across an edge: 3 ≤ q ≤ 5, measured, and nearer to 3 the more chords or edges there are; two chords alone
+  /// no better than q = 1.9.
+  static constexpr Order chords(int count) { return {count > 8 ? 1 / 8.0 : count > 2 ? 1 / 10.0 : 0.37}; }
 
   void add(bool is_second, const Color& value, double weight = 1) {
     sum_[is_second ? 1 : 0] += value * weight;

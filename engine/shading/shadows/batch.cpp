@@ -38,12 +38,12 @@ void Shadows::see(const SeenBatch& batch, const DiscSampling& sampling, Visibili
     // What many samples show as lit or dark is, whether or not that is known for certain.
     if (is_partly(seen[lane].mean)) partly |= LaneMask{1} << lane;
   });
-  share(batch, partly, seen);
+  share(batch, partly, false, seen);
 }
 
-void Shadows::share(const SeenBatch& batch, LaneMask lanes, Visibility* seen) {
+void Shadows::share(const SeenBatch& batch, LaneMask lanes, bool is_one_pattern, Visibility* seen) {
   if (switches_.shared_samples && lanes != 0)
-    counters_.lights_from_neighbours += share_samples(batch.points, lanes, seen);
+    counters_.lights_from_neighbours += share_samples(batch.points, lanes, is_one_pattern, seen);
 }
 
 void Shadows::see_points(const SeenBatch& batch, Visibility* seen) {
@@ -81,7 +81,7 @@ void Shadows::see_few(const SeenBatch& batch, const DiscSampling& sampling, Visi
     return;
   }
   for_each_lane(rest, [&](std::size_t lane) { seen[lane] = mean_of(&transmittances_[lane], count, lane_count); });
-  share(batch, rest & whole, seen);
+  share(batch, rest & whole, true, seen);
   if (first.nearly_agree()) note_missed(whole, count, first, seen);
 }
 

@@ -87,7 +87,7 @@ class Shadows {
   void see_points(const SeenBatch& batch, Visibility* seen);
   void see_few(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen);
   /// Lets what some lanes see tell more of what each sees.
-  void share(const SeenBatch& batch, LaneMask lanes, Visibility* seen);
+  void share(const SeenBatch& batch, LaneMask lanes, bool is_one_pattern, Visibility* seen);
   /// Adds a ray to the bundle, which is cast when it is full, and a place for what gets through.
   void add_ray(const ShadingPoint& at, const Vec3& direction, double limit, Color& transmittance);
   void cast_bundle(double limit);

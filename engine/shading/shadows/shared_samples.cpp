@@ -67,7 +67,7 @@ class Plane {
 
 /// Each point's value goes towards the plane the further, the less the values vary around it beyond what their samples
 /// explain (Fay, Herriot, "Estimates of Income for Small Places", 1979).
-void share_channel(std::span<const Member> members, double Color::*channel, Plane& plane) {
+void share_channel(std::span<const Member> members, bool is_one_pattern, double Color::*channel, Plane& plane) {
   const auto n = static_cast<double>(members.size());
   double noise = 0, modelled = 0;
   for (const Member& member : members)
@@ -82,9 +82,9 @@ void share_channel(std::span<const Member> members, double Color::*channel, Plan
   constexpr double least = 1e-7;  // hardly worth it, and not worth a difference between much the same scenes
   const double misfit = std::max(0.0, apart / (n - plane.unknowns()) - noise) + least;
   const double own = misfit / (misfit + noise);
-  // The values are well spread together, so the plane is off by less than if they knew nothing of each other. And what
-  // they vary by tells `misfit` only roughly.
-  const double of_plane = plane.unknowns() / (n * std::sqrt(std::sqrt(n))), of_misfit = 1 / n;
+  // What is well spread together makes a plane that is off by less than one of values that know nothing of each other.
+  // And what they vary by tells `misfit` only roughly.
+  const double of_plane = plane.unknowns() / (is_one_pattern ? n * std::sqrt(std::sqrt(n)) : n), of_misfit = 1 / n;
   const double left = own + (1 - own) * (of_plane + of_misfit);
   for (const Member& member : members) {
     double& value = member.seen->mean.*channel;
@@ -94,15 +94,18 @@ void share_channel(std::span<const Member> members, double Color::*channel, Plan
   }
 }
 
-void share(std::span<const Member> members) {
+void share(std::span<const Member> members, bool is_one_pattern) {
   const auto is_grey = [](const Member& member) {
     const Color& mean = member.seen->mean;
     return mean.r == mean.g && mean.g == mean.b;
   };
   const bool is_all_grey = std::ranges::all_of(members, is_grey);
   Plane plane(members);
-  share_channel(members, &Color::r, plane);
-  if (!is_all_grey) return share_channel(members, &Color::g, plane), share_channel(members, &Color::b, plane);
+  share_channel(members, is_one_pattern, &Color::r, plane);
+  if (!is_all_grey) {
+    for (double Color::*channel : {&Color::g, &Color::b}) share_channel(members, is_one_pattern, channel, plane);
+    return;
+  }
   for (const Member& member : members) {
     Visibility& seen = *member.seen;
     seen.mean = math::grey(seen.mean.r);
@@ -112,7 +115,7 @@ void share(std::span<const Member> members) {
 
 }  // namespace
 
-std::size_t share_samples(const PointBatch& points, LaneMask lanes, Visibility* seen) {
+std::size_t share_samples(const PointBatch& points, LaneMask lanes, bool is_one_pattern, Visibility* seen) {
   constexpr std::size_t least = 4;
   constexpr int square = 4;  // pixels
   bool is_alike = true;
@@ -135,7 +138,7 @@ std::size_t share_samples(const PointBatch& points, LaneMask lanes, Visibility* 
       if (belongs) surface[size++] = member, lanes &= ~(LaneMask{1} << lane);
     });
     if (size < least) continue;
-    share({surface.data(), size});
+    share({surface.data(), size}, is_one_pattern);
     shared += size;
   }
   return shared;

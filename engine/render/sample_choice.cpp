@@ -1,0 +1,65 @@
+#include "engine/render/sample_choice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+namespace penumbra::render {
+namespace {
+
+/// Of the squared error that is allowed: squares here and there may look better than the whole.
+constexpr double of_allowed = 0.6;
+/// One square of so many is looked at with few samples, and of those that are off some with more.
+constexpr int squares_per_look = 8, least_looks = 64;
+constexpr std::size_t most_again = 256;
+
+}  // namespace
+
+int samples_for_target(const PixelRays& rays, int width, int height, double target, int most,
+                       shading::Integrator& integrator) {
+  constexpr int edge = PixelBlock::edge;
+  const int columns = width / edge, rows = height / edge;
+  const int looks = std::min(columns * rows, std::max(least_looks, columns * rows / squares_per_look));
+  int count = std::min(2, most);
+  if (looks == 0) return most;
+  std::array<PixelRays::Center, shading::lane_count> centers;
+  std::array<shading::Integrator::Sample, shading::lane_count> samples;
+  const auto error_of = [&](const PixelBlock& block, const shading::DiscSampling& sampling) {
+    rays.centers(block, centers.data(), !rays.has_lens(), integrator);
+    rays.trace(std::span(centers).first(block.size()), sampling, integrator, samples.data());
+    double sum = 0;
+    for (std::size_t i = 0; i < block.size(); ++i)
+      sum += rays.pixel_of(centers[i], samples[i], sampling, integrator).squared_error;
+    return sum;
+  };
+  struct Look {
+    PixelBlock block;
+    double error;
+  };
+  std::vector<Look> off;
+  double sum = 0;
+  const shading::DiscSampling few(count);
+  for (int i = 0; i < looks; ++i) {
+    // Evenly over the picture: Roberts' sequence of the plastic number.
+    const auto part = [&](double step) { return std::fmod(0.5 + step * (i + 1), 1.0); };
+    const int column = static_cast<int>(part(0.7548776662466927) * columns) * edge;
+    const int row = static_cast<int>(part(0.5698402909980532) * rows) * edge;
+    const PixelBlock block{column, row, column + edge, row + edge};
+    if (const double error = error_of(block, few); error > 0) off.push_back({block, error}), sum += error;
+  }
+  const double allowed = of_allowed * 3 * target * target * looks * edge * edge;
+  const std::size_t step = off.size() / most_again + 1;
+  double before = 0;
+  for (std::size_t i = 0; i < off.size(); i += step) before += off[i].error;
+  for (double now = before; sum * now > allowed * before && count < most;) {
+    count = std::min(2 * count, most);
+    const shading::DiscSampling more(count);
+    now = 0;
+    for (std::size_t i = 0; i < off.size(); i += step) now += error_of(off[i].block, more);
+  }
+  return count;
+}
+
+}  // namespace penumbra::render
