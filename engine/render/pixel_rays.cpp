@@ -13,13 +13,6 @@ using math::Color;
 constexpr int pixels_per_lens_check = 4;
 constexpr std::uint64_t pattern_place = 1, lens_check_place = 2, first_sample_place = 16;
 
-/// What `of_lane` makes of each of `width` places.
-template <std::size_t width, class OfLane>
-auto for_each_lane(const OfLane& of_lane) {
-  return [&]<std::size_t... lane>(std::index_sequence<lane...>) { return std::array{of_lane(lane)...}; }
-  (std::make_index_sequence<width>());
-}
-
 }  // namespace
 
 double squared_error(const Color& value, const Color& variance) {
@@ -43,60 +36,51 @@ geometry::Ray PixelRays::center_ray(int column, int row, const sampling::Key& le
   return camera_.ray(column + 0.5, row + 0.5, lens);
 }
 
-PixelRays::Center PixelRays::center(int column, int row) const {
-  const geometry::Ray ray = center_ray(column, row, key(column, row).at(pattern_place));
-  return {column, row, ray, accel::closest_hit(scene_.world, ray)};
-}
-
-void PixelRays::centers(const PixelBlock& block, Center* centers, bool has_bundles,
-                        shading::Integrator& integrator) const {
-  if (!has_bundles) {
-    for (std::size_t i = 0; i < block.size(); ++i) centers[i] = center(block.column(i), block.row(i));
-    return;
+void PixelRays::trace(std::span<CameraRay> rays, const shading::DiscSampling& sampling, shading::Integrator& integrator,
+                      Sample* samples) const {
+  constexpr std::size_t width = accel::bundle_width;
+  if (has_bundles_) {
+    for (std::size_t first = 0; first < rays.size(); first += width) {
+      const auto some = rays.subspan(first, std::min(width, rays.size() - first));
+      const auto prepared = for_each_lane<width>([&](std::size_t i) {
+        const geometry::Ray& ray = some[std::min(i, some.size() - 1)].ray;
+        return geometry::PreparedRay(ray.origin, ray.direction);
+      });
+      std::array<std::optional<accel::Hit>, width> hits;
+      integrator.camera_hits(std::span(prepared).first(some.size()), hits.data());
+      for (std::size_t i = 0; i < some.size(); ++i) some[i].hit = hits[i];
+    }
+  } else {
+    for (CameraRay& ray : rays) ray.hit = accel::closest_hit(scene_.world, ray.ray);
   }
-  for (std::size_t first = 0; first < block.size(); first += accel::bundle_width) {
-    const auto rays = for_each_lane<accel::bundle_width>([&](std::size_t i) {
-      const std::size_t pixel = std::min(first + i, block.size() - 1);
-      return camera_.ray(block.column(pixel) + 0.5, block.row(pixel) + 0.5, {0, 0});
-    });
-    const auto prepared = for_each_lane<accel::bundle_width>(
-        [&](std::size_t i) { return geometry::PreparedRay(rays[i].origin, rays[i].direction); });
-    const std::size_t size = std::min(accel::bundle_width, block.size() - first);
-    std::array<std::optional<accel::Hit>, accel::bundle_width> hits;
-    integrator.camera_hits(std::span(prepared).first(size), hits.data());
-    for (std::size_t i = 0; i < size; ++i)
-      centers[first + i] = {block.column(first + i), block.row(first + i), rays[i], hits[i]};
-  }
+  integrator.trace(rays, sampling, samples);
 }
 
-shading::Integrator::Sample PixelRays::trace(const Center& center, const shading::DiscSampling& sampling,
-                                             shading::Integrator& integrator) const {
-  shading::Integrator::Sample sample;
-  trace({&center, 1}, sampling, integrator, &sample);
-  return sample;
-}
-
-void PixelRays::trace(std::span<const Center> centers, const shading::DiscSampling& sampling,
-                      shading::Integrator& integrator, shading::Integrator::Sample* samples) const {
-  const auto rays = for_each_lane<shading::lane_count>([&](std::size_t i) {
-    const Center& center = centers[std::min(i, centers.size() - 1)];
-    return shading::Integrator::CameraRay{
-        center.ray, center.hit, key(center.column, center.row).at(first_sample_place), {center.column, center.row}};
+void PixelRays::trace_centers(const PixelBlock& block, const shading::DiscSampling& sampling,
+                              shading::Integrator& integrator, Pixel* pixels) const {
+  auto rays = for_each_lane<shading::lane_count>([&](std::size_t i) {
+    const std::size_t pixel = std::min(i, block.size() - 1);
+    const int column = block.column(pixel), row = block.row(pixel);
+    const sampling::Key pixel_key = key(column, row);
+    return CameraRay{center_ray(column, row, pixel_key.at(pattern_place)),
+                     {},
+                     pixel_key.at(first_sample_place),
+                     {static_cast<double>(column), static_cast<double>(row)}};
   });
-  integrator.trace(std::span(rays).first(centers.size()), sampling, samples);
+  std::array<Sample, shading::lane_count> samples;
+  trace(std::span(rays).first(block.size()), sampling, integrator, samples.data());
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    const Color& seen = samples[i].radiance;
+    pixels[i] = {seen, has_lens() ? squared_error_of_lens(block.column(i), block.row(i), seen, sampling, integrator)
+                                  : squared_error(seen, samples[i].variance.measured)};
+  }
 }
 
-Pixel PixelRays::pixel_of(const Center& center, const shading::Integrator::Sample& sample,
-                          const shading::DiscSampling& sampling, shading::Integrator& integrator) const {
-  return {sample.radiance, has_lens() ? squared_error_of_lens(center, sample.radiance, sampling, integrator)
-                                      : squared_error(sample.radiance, sample.variance.measured)};
-}
-
-double PixelRays::squared_error_of_lens(const Center& center, const Color& color, const shading::DiscSampling& sampling,
+double PixelRays::squared_error_of_lens(int column, int row, const Color& color, const shading::DiscSampling& sampling,
                                         shading::Integrator& integrator) const {
-  const sampling::Key place = key(center.column, center.row).at(lens_check_place);
+  const sampling::Key place = key(column, row).at(lens_check_place);
   if (place.bits() % pixels_per_lens_check != 0) return 0;
-  const geometry::Ray other = center_ray(center.column, center.row, place);
+  const geometry::Ray other = center_ray(column, row, place);
   const Color apart = integrator.trace(other, sampling, place.at(first_sample_place)).radiance - color;
   return pixels_per_lens_check * squared_error(color, apart * apart * 0.5);
 }
@@ -108,24 +92,20 @@ PixelRays::Several::Several(const PixelRays& rays, int column, int row)
       key_(rays.key(column, row).at(first_sample_place)),
       pattern_(rays.key(column, row).at(pattern_place)) {}
 
-shading::Integrator::Sample PixelRays::Several::trace(std::uint32_t index, const shading::DiscSampling& sampling,
-                                                      shading::Integrator& integrator) const {
+PixelRays::CameraRay PixelRays::Several::ray(std::uint32_t index) const {
   const auto [place, lens] = pattern_.sample(index);
-  return through(place, lens, index, sampling, integrator);
+  return through(place, lens, index);
 }
 
-shading::Integrator::Sample PixelRays::Several::trace_at(const sampling::Point2& place, std::uint32_t index,
-                                                         const shading::DiscSampling& sampling,
-                                                         shading::Integrator& integrator) const {
-  return through(place, pattern_.sample(index).lens, index, sampling, integrator);
+PixelRays::CameraRay PixelRays::Several::ray_at(const sampling::Point2& place, std::uint32_t index) const {
+  return through(place, pattern_.sample(index).lens, index);
 }
 
-shading::Integrator::Sample PixelRays::Several::through(const sampling::Point2& place, const sampling::Point2& lens,
-                                                        std::uint32_t index, const shading::DiscSampling& sampling,
-                                                        shading::Integrator& integrator) const {
+PixelRays::CameraRay PixelRays::Several::through(const sampling::Point2& place, const sampling::Point2& lens,
+                                                 std::uint32_t index) const {
   const sampling::Point2 disc = rays_->has_lens() ? square_to_disc(lens) : sampling::Point2{0, 0};
-  const geometry::Ray ray = rays_->camera_.ray(column_ + place.x, row_ + place.y, disc);
-  return integrator.trace(ray, sampling, key_.of_sample(index));
+  const double x = column_ + place.x, y = row_ + place.y;
+  return {rays_->camera_.ray(x, y, disc), {}, key_.of_sample(index), {x, y}};
 }
 
 }  // namespace penumbra::render

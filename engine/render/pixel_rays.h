@@ -1,7 +1,9 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
@@ -19,6 +21,13 @@ struct Pixel {
 /// The variance of a pixel's color as its squared error, which is measured clamped to display range: a channel far
 /// above 1 has none.
 double squared_error(const math::Color& value, const math::Color& variance);
+
+/// What `of_lane` makes of each of `width` places.
+template <std::size_t width, class OfLane>
+auto for_each_lane(const OfLane& of_lane) {
+  return [&]<std::size_t... lane>(std::index_sequence<lane...>) { return std::array{of_lane(lane)...}; }
+  (std::make_index_sequence<width>());
+}
 
 /// Pixels that are lit together: of a square of the picture, right and bottom exclusive, those in the middle of every
 /// `stride` pixels.
@@ -51,8 +60,9 @@ void for_each_block(const Canvas::Tile& tile, int stride, const Use& use) {
 /// The camera rays of pixels, and what they see. Immutable; may be shared between threads.
 class PixelRays {
  public:
-  PixelRays(const shading::Scene& scene, const Camera& camera, std::uint64_t seed)
-      : scene_(scene), camera_(camera), seed_(seed) {}
+  /// With `has_bundles` some camera rays at once are followed to what they meet.
+  PixelRays(const shading::Scene& scene, const Camera& camera, std::uint64_t seed, bool has_bundles)
+      : scene_(scene), camera_(camera), seed_(seed), has_bundles_(has_bundles) {}
 
   bool has_lens() const { return camera_.has_lens(); }
   /// How the variance of the mean of several samples falls with their number.
@@ -63,42 +73,25 @@ class PixelRays {
     return sampling::Key(seed_).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
   }
 
-  /// The one ray through a pixel's center – and through any point of the lens – and what it meets.
-  struct Center {
-    int column = 0, row = 0;
-    geometry::Ray ray;
-    std::optional<accel::Hit> hit;
-  };
-  Center center(int column, int row) const;
-  /// Of the pixels of a block, row by row; with `has_bundles` the rays of some together.
-  void centers(const PixelBlock& block, Center* centers, bool has_bundles, shading::Integrator& integrator) const;
-  shading::Integrator::Sample trace(const Center& center, const shading::DiscSampling& sampling,
-                                    shading::Integrator& integrator) const;
-  /// The same for up to shading::lane_count of them, lit together.
-  void trace(std::span<const Center> centers, const shading::DiscSampling& sampling, shading::Integrator& integrator,
-             shading::Integrator::Sample* samples) const;
-  /// The pixel that a sample of its center makes.
-  Pixel pixel_of(const Center& center, const shading::Integrator::Sample& sample, const shading::DiscSampling& sampling,
-                 shading::Integrator& integrator) const;
-  /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is
-  /// added by a few of them for all.
-  double squared_error_of_lens(const Center& center, const math::Color& color, const shading::DiscSampling& sampling,
-                               shading::Integrator& integrator) const;
+  using CameraRay = shading::Integrator::CameraRay;
+  using Sample = shading::Integrator::Sample;
+  /// What up to shading::lane_count rays see, lit together; finds what they meet.
+  void trace(std::span<CameraRay> rays, const shading::DiscSampling& sampling, shading::Integrator& integrator,
+             Sample* samples) const;
+  /// The pixels of a block, row by row, each with the one ray through its center – and through any point of the lens.
+  void trace_centers(const PixelBlock& block, const shading::DiscSampling& sampling, shading::Integrator& integrator,
+                     Pixel* pixels) const;
 
-  /// The samples of a pixel that has several.
+  /// The camera rays of a pixel that has several.
   class Several {
    public:
     Several(const PixelRays& rays, int column, int row);
-    shading::Integrator::Sample trace(std::uint32_t index, const shading::DiscSampling& sampling,
-                                      shading::Integrator& integrator) const;
+    CameraRay ray(std::uint32_t index) const;
     /// Beside the pixel: at `place` in units of its square.
-    shading::Integrator::Sample trace_at(const sampling::Point2& place, std::uint32_t index,
-                                         const shading::DiscSampling& sampling, shading::Integrator& integrator) const;
+    CameraRay ray_at(const sampling::Point2& place, std::uint32_t index) const;
 
    private:
-    shading::Integrator::Sample through(const sampling::Point2& place, const sampling::Point2& lens,
-                                        std::uint32_t index, const shading::DiscSampling& sampling,
-                                        shading::Integrator& integrator) const;
+    CameraRay through(const sampling::Point2& place, const sampling::Point2& lens, std::uint32_t index) const;
     const PixelRays* rays_;
     int column_, row_;
     sampling::Key key_;
@@ -107,10 +100,15 @@ class PixelRays {
 
  private:
   geometry::Ray center_ray(int column, int row, const sampling::Key& lens_key) const;
+  /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is
+  /// added by a few of them for all.
+  double squared_error_of_lens(int column, int row, const math::Color& color, const shading::DiscSampling& sampling,
+                               shading::Integrator& integrator) const;
 
   const shading::Scene& scene_;
   const Camera& camera_;
   std::uint64_t seed_;
+  bool has_bundles_;
 };
 
 }  // namespace penumbra::render

@@ -52,7 +52,8 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
       samples_per_pixel_(pass.samples_per_pixel),
       switches_(switches),
       sampling_(pass.shadow_samples),
-      rays_(scene, camera, options.seed) {
+      rays_(scene, camera, options.seed, switches.camera_bundles) {
+  sampling_.may_lean = pass.samples_per_pixel == 1;
   if (options.target_error && stride_ == 1 && samples_per_pixel_ > 1)
     refiner_.emplace(rays_, *options.target_error / math::power_of_two(options.exposure), pass.samples_per_pixel,
                      pass.shadow_samples);
@@ -108,16 +109,10 @@ std::vector<Pixel> PixelSampler::sample(const Canvas::Tile& tile, const std::fun
 
 void PixelSampler::sample(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const {
   if (samples_per_pixel_ > 1) {
-    for (std::size_t i = 0; i < block.size(); ++i)
-      pixels[i] = with_camera_samples(block.column(i), block.row(i), integrator);
-    return;
+    sample_several(block, integrator, pixels);
+  } else {
+    rays_.trace_centers(block, sampling_, integrator, pixels);
   }
-  std::array<PixelRays::Center, shading::lane_count> centers;
-  std::array<shading::Integrator::Sample, shading::lane_count> samples;
-  rays_.centers(block, centers.data(), !camera_.has_lens() && switches_.camera_bundles, integrator);
-  rays_.trace(std::span(centers).first(block.size()), sampling_, integrator, samples.data());
-  for (std::size_t i = 0; i < block.size(); ++i)
-    pixels[i] = rays_.pixel_of(centers[i], samples[i], sampling_, integrator);
 }
 
 void PixelSampler::stand_for_square(int column, int row, shading::Integrator& integrator, Pixel& pixel) const {
@@ -145,13 +140,25 @@ Pixel PixelSampler::sample_one(int column, int row, shading::Integrator& integra
   return pixel;
 }
 
-Pixel PixelSampler::with_camera_samples(int column, int row, shading::Integrator& integrator) const {
-  const PixelRays::Several samples(rays_, column, row);
-  sampling::Halves halves;  // of a sequence: the first and the last samples
-  for (int i = 0; i < samples_per_pixel_; ++i)
-    halves.add(2 * i >= samples_per_pixel_,
-               samples.trace(static_cast<std::uint32_t>(i), sampling_, integrator).radiance);
-  return {halves.mean(), squared_error(halves.mean(), halves.variance(rays_.order()))};
+void PixelSampler::sample_several(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const {
+  // As many together as there are lanes, a pixel after the other.
+  const auto each = static_cast<std::size_t>(samples_per_pixel_), all = each * block.size();
+  std::vector<PixelRays::Several> several;
+  for (std::size_t i = 0; i < block.size(); ++i) several.emplace_back(rays_, block.column(i), block.row(i));
+  std::array<sampling::Halves, shading::lane_count> halves;  // of a sequence: the first and the last samples
+  std::array<PixelRays::Sample, shading::lane_count> samples;
+  for (std::size_t begin = 0; begin < all; begin += shading::lane_count) {
+    const std::size_t count = std::min(shading::lane_count, all - begin);
+    auto rays = for_each_lane<shading::lane_count>([&](std::size_t i) {
+      const std::size_t at = begin + std::min(i, count - 1);
+      return several[at / each].ray(static_cast<std::uint32_t>(at % each));
+    });
+    rays_.trace(std::span(rays).first(count), sampling_, integrator, samples.data());
+    for (std::size_t i = 0; i < count; ++i)
+      halves[(begin + i) / each].add(2 * ((begin + i) % each) >= each, samples[i].radiance);
+  }
+  for (std::size_t i = 0; i < block.size(); ++i)
+    pixels[i] = {halves[i].mean(), squared_error(halves[i].mean(), halves[i].variance(rays_.order()))};
 }
 
 }  // namespace penumbra::render

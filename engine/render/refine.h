@@ -53,7 +53,7 @@ class PixelSampler {
   shading::Integrator integrator(const std::function<bool()>& is_stopped, bool has_neighbours) const;
   void sample(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const;
   Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
-  Pixel with_camera_samples(int column, int row, shading::Integrator& integrator) const;
+  void sample_several(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const;
   /// Finds the error of a pixel that stands for all of a square of `stride_` pixels.
   void stand_for_square(int column, int row, shading::Integrator& integrator, Pixel& pixel) const;
 

@@ -24,14 +24,11 @@ int samples_for_target(const PixelRays& rays, int width, int height, double targ
   const int looks = std::min(columns * rows, std::max(least_looks, columns * rows / squares_per_look));
   int count = std::min(2, most);
   if (looks == 0) return most;
-  std::array<PixelRays::Center, shading::lane_count> centers;
-  std::array<shading::Integrator::Sample, shading::lane_count> samples;
+  std::array<Pixel, shading::lane_count> pixels;
   const auto error_of = [&](const PixelBlock& block, const shading::DiscSampling& sampling) {
-    rays.centers(block, centers.data(), !rays.has_lens(), integrator);
-    rays.trace(std::span(centers).first(block.size()), sampling, integrator, samples.data());
+    rays.trace_centers(block, sampling, integrator, pixels.data());
     double sum = 0;
-    for (std::size_t i = 0; i < block.size(); ++i)
-      sum += rays.pixel_of(centers[i], samples[i], sampling, integrator).squared_error;
+    for (const Pixel& pixel : std::span(pixels).first(block.size())) sum += pixel.squared_error;
     return sum;
   };
   struct Look {

@@ -105,12 +105,21 @@ struct TileRefiner::Several {
   bool is_ending = false;
 
   void restart() { *this = {rays, place, 0, {}, {}, {}, {}, {}, 0, contrast, false}; }
-  void take_up_to(int end, const shading::DiscSampling& sampling, shading::Integrator& integrator) {
-    for (; count < end; ++count) {
-      if (count == first_half(end)) sum_of_half = sum;
-      const auto sample = rays.trace(static_cast<std::uint32_t>(count), sampling, integrator);
-      sum += sample.radiance, sum_of_squares += sample.radiance * sample.radiance;
-      light_variance += math::max_channel(sample.variance.modelled);
+  void take_up_to(int end, const PixelRays& all, const shading::DiscSampling& sampling,
+                  shading::Integrator& integrator) {
+    std::array<PixelRays::Sample, shading::lane_count> samples;
+    while (count < end) {
+      const int size = std::min(static_cast<int>(shading::lane_count), end - count);
+      auto together = for_each_lane<shading::lane_count>([&](std::size_t i) {
+        return rays.ray(static_cast<std::uint32_t>(count + std::min(static_cast<int>(i), size - 1)));
+      });
+      all.trace(std::span(together).first(static_cast<std::size_t>(size)), sampling, integrator, samples.data());
+      for (int i = 0; i < size; ++i, ++count) {
+        if (count == first_half(end)) sum_of_half = sum;
+        const auto& [radiance, variance] = samples[static_cast<std::size_t>(i)];
+        sum += radiance, sum_of_squares += radiance * radiance;
+        light_variance += math::max_channel(variance.modelled);
+      }
     }
     apart_before = apart, apart = variance(sampling::Halves::independent);
   }
@@ -131,6 +140,7 @@ TileRefiner::TileRefiner(const PixelRays& rays, double target_error, int samples
   while (looks_.front() >= 2 * first_camera_samples) looks_.insert(looks_.begin(), Several::first_half(looks_.front()));
   for (int count = first_shadow_samples; count < shadow_samples; count *= 4) samplings_.emplace_back(count);
   samplings_.emplace_back(shadow_samples);
+  for (shading::DiscSampling& sampling : samplings_) sampling.may_lean = false;
 }
 
 std::vector<Pixel> TileRefiner::refine(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
@@ -147,7 +157,7 @@ std::vector<Pixel> TileRefiner::refine(const Canvas::Tile& tile, const std::func
     for (std::size_t look = 0; look < looks_.size(); ++look) {
       for (Several& pixel : active) {
         if (is_stopped()) return pixels;
-        pixel.take_up_to(looks_[look], sampling, integrator);
+        pixel.take_up_to(looks_[look], rays_, sampling, integrator);
         around.set(pixel.place, pixel.mean(), pixel.spread());
       }
       const Trend trend = trend_of(active);
@@ -187,11 +197,14 @@ double TileRefiner::contrast_beside(Several& pixel, const shading::DiscSampling&
                                     shading::Integrator& integrator) const {
   if (!pixel.contrast) {
     pixel.contrast = 0;
-    for (std::size_t i = 0; i < corners_around.size(); ++i) {
-      const auto index = static_cast<std::uint32_t>(looks_.back()) + static_cast<std::uint32_t>(i);
-      const Color beside = pixel.rays.trace_at(corners_around[i], index, sampling, integrator).radiance;
-      pixel.contrast = std::max(*pixel.contrast, math::max_channel(squared_distance(beside, pixel.mean())));
-    }
+    auto rays = for_each_lane<corners_around.size()>([&](std::size_t i) {
+      return pixel.rays.ray_at(corners_around[i],
+                               static_cast<std::uint32_t>(looks_.back()) + static_cast<std::uint32_t>(i));
+    });
+    std::array<PixelRays::Sample, corners_around.size()> beside;
+    rays_.trace(rays, sampling, integrator, beside.data());
+    for (const PixelRays::Sample& sample : beside)
+      pixel.contrast = std::max(*pixel.contrast, math::max_channel(squared_distance(sample.radiance, pixel.mean())));
   }
   return *pixel.contrast;
 }

@@ -20,9 +20,9 @@ struct Lanes3 {
   void set(std::size_t lane, const Vec3& v) { x[lane] = v.x, y[lane] = v.y, z[lane] = v.z; }
 };
 
-/// The pixel that sees a point.
+/// Where in the picture a point is seen, in pixels.
 struct PixelPlace {
-  int column = 0, row = 0;
+  double x = 0, y = 0;
 };
 
 /// Points that pixels side by side see, to be lit together. Unused lanes hold those of a lane in use.
@@ -31,10 +31,9 @@ class PointBatch {
   /// Adds a point; there must be a lane left. Returns its lane: pixels of a square of four by four get lanes that
   /// spread the points of sampling::DiscSpirals well over the square.
   std::size_t add(const ShadingPoint& point, const PixelPlace& pixel) {
-    std::size_t lane =
-        lane_of_pixel[static_cast<std::size_t>(pixel.row & 3)][static_cast<std::size_t>(pixel.column & 3)];
-    for (; (used_ >> lane & 1) != 0; lane = (lane + 1) % lane_count) {
-    }
+    const auto within = [](double place) { return static_cast<std::size_t>(static_cast<int>(place)) % 4; };
+    std::size_t lane = lane_of_pixel[within(pixel.y)][within(pixel.x)];
+    while ((used_ >> lane & 1) != 0) lane = (lane + 1) % lane_count;
     if (used_ == 0) {
       for (std::size_t other = 0; other < lane_count; ++other) set(other, point);
     } else {

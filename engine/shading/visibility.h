@@ -59,6 +59,10 @@ struct DiscSampling {
   /// So few that rays may cost less than to look for what hides the light: for points side by side.
   std::optional<sampling::DiscSpirals> few;
   static constexpr int most_few = 16;
+  /// What a point sees may lean on what those beside it see: some that agree speak for the rest, and all tell of each.
+  /// That leaves out what is hardly seen, and makes camera rays of one pixel look more alike than they are: not where
+  /// a pixel has many.
+  bool may_lean = true;
 };
 
 /// Somebody who cancels waits for so many samples of one light at most.

@@ -38,7 +38,7 @@ void Shadows::see(const SeenBatch& batch, const DiscSampling& sampling, Visibili
     // What many samples show as lit or dark is, whether or not that is known for certain.
     if (is_partly(seen[lane].mean)) partly |= LaneMask{1} << lane;
   });
-  share(batch, partly, false, seen);
+  if (sampling.may_lean) share(batch, partly, false, seen);
 }
 
 void Shadows::share(const SeenBatch& batch, LaneMask lanes, bool is_one_pattern, Visibility* seen) {
@@ -47,10 +47,13 @@ void Shadows::share(const SeenBatch& batch, LaneMask lanes, bool is_one_pattern,
 }
 
 void Shadows::see_points(const SeenBatch& batch, Visibility* seen) {
+  // A ray in a bundle costs less than to ask what the lanes' cells share.
+  const double limit = batch.disc.limit();
   for_each_lane(batch.lanes, [&](std::size_t lane) {
-    Sight sight = aim(batch.points.point(lane), batch.light, batch.target);
-    seen[lane] = {sight.transmittance(batch.disc.axis[lane], batch.disc.limit()), {}, true};
+    seen[lane].is_certain = true;
+    add_ray(batch.points.point(lane), batch.disc.axis[lane], limit, seen[lane].mean);
   });
+  cast_bundle(limit);
 }
 
 void Shadows::see_few(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen) {
@@ -66,7 +69,7 @@ void Shadows::see_few(const SeenBatch& batch, const DiscSampling& sampling, Visi
   First first{};
   LaneMask rest = batch.lanes;
   const std::size_t end_of_first = std::max(lane_count, all / samples_per_first);
-  if (switches_.agreeing_rays && wholes >= least_first) {
+  if (switches_.agreeing_rays && sampling.may_lean && wholes >= least_first) {
     if (!cast(rays, whole, {0, end_of_first})) return;
     first = told_by(whole, end_of_first);
     if (first.agree()) {
@@ -81,7 +84,7 @@ void Shadows::see_few(const SeenBatch& batch, const DiscSampling& sampling, Visi
     return;
   }
   for_each_lane(rest, [&](std::size_t lane) { seen[lane] = mean_of(&transmittances_[lane], count, lane_count); });
-  share(batch, rest & whole, true, seen);
+  if (sampling.may_lean) share(batch, rest & whole, true, seen);
   if (first.nearly_agree()) note_missed(whole, count, first, seen);
 }
 

@@ -117,7 +117,7 @@ void share(std::span<const Member> members, bool is_one_pattern) {
 
 std::size_t share_samples(const PointBatch& points, LaneMask lanes, bool is_one_pattern, Visibility* seen) {
   constexpr std::size_t least = 4;
-  constexpr int square = 4;  // pixels
+  const auto square_of = [](double place) { return static_cast<int>(place) / 4; };
   bool is_alike = true;
   for_each_lane(
       lanes, [&](std::size_t lane) { is_alike = is_alike && seen[lane].mean == seen[std::countr_zero(lanes)].mean; });
@@ -130,9 +130,8 @@ std::size_t share_samples(const PointBatch& points, LaneMask lanes, bool is_one_
     const PixelPlace& first = points.pixel(static_cast<std::size_t>(std::countr_zero(lanes)));
     for_each_lane(lanes, [&](std::size_t lane) {
       const PixelPlace& pixel = points.pixel(lane);
-      if (pixel.column / square != first.column / square || pixel.row / square != first.row / square) return;
-      const Member member{&points.point(lane), static_cast<double>(pixel.column), static_cast<double>(pixel.row),
-                          &seen[lane]};
+      if (square_of(pixel.x) != square_of(first.x) || square_of(pixel.y) != square_of(first.y)) return;
+      const Member member{&points.point(lane), pixel.x, pixel.y, &seen[lane]};
       bool belongs = size == 0;
       for (std::size_t i = size; i-- > 0 && !belongs;) belongs = is_one_surface(surface[i], member);
       if (belongs) surface[size++] = member, lanes &= ~(LaneMask{1} << lane);
