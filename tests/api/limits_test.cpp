@@ -66,6 +66,9 @@ TEST_CASE("deep nesting is refused where it begins, however deep it goes") {
   CHECK(objects->status == 422);
   CHECK(objects->errors.at(0).pointer == repeated("/a", 64));
   CHECK(refusal(std::string(64, '[') + std::string(64, ']')).value().errors.at(0).pointer.empty());
+  limits = {};
+  limits.max_json_depth = 3;
+  CHECK(refusal("[[[[", limits).value().errors.at(0).pointer == "/0/0/0");
 }
 
 TEST_CASE("long strings and names are refused") {
@@ -202,6 +205,7 @@ TEST_CASE("limits on the options and on what a job needs name their value") {
   CHECK(options->errors[0] == api::FieldError{"/options/width", "must be an integer from 1 to 100"});
   CHECK(options->errors[1] == api::FieldError{"/options/shadow_samples", "must be an integer from 1 to 5"});
   CHECK(options->errors[2] == api::FieldError{"/options/max_depth", "must be an integer from 0 to 2"});
+  CHECK(options->detail == "/options/width: must be an integer from 1 to 100 (and 2 more)");
 
   limits = {};
   limits.max_memory_bytes = 1000;
@@ -236,6 +240,29 @@ TEST_CASE("what a scene is made of is counted, a shared mesh once") {
   CHECK(size.polygon_vertices == 5);
 }
 
+TEST_CASE("the predicted memory is at least what the values themselves take") {
+  const auto memory = [](const std::string& scene) {
+    return api::estimate_cost(api::parse_job(job(scene))).memory_bytes;
+  };
+  const std::size_t count = 50, nothing = memory("");
+  CHECK(nothing >= 800 * 800 * sizeof(std::array<float, 3>));
+  const auto each_more = [&](const std::string& scene) { return (memory(scene) - nothing) / count; };
+  std::string materials = R"("0": {})";
+  for (std::size_t i = 1; i < count; ++i) materials.append(", \"").append(std::to_string(i)).append("\": {}");
+  CHECK(each_more(R"(, "materials": {)" + materials + "}") >= sizeof(scene::Material));
+  const std::string light = R"({"type": "point", "position": [0, 5, 0], "intensity": 1})";
+  CHECK(each_more(R"(, "lights": )" + list(light, count)) >= sizeof(scene::Light));
+  const std::string sphere = R"({"type": "sphere", "center": [0, 0, 0], "radius": 1})";
+  CHECK(each_more(R"(, "objects": )" + list(sphere, count)) >= sizeof(scene::Object));
+  const auto mesh = [&](std::size_t positions, std::size_t triangles) {
+    return R"(, "meshes": {"m": {"positions": )" + list("0, 0, 0", positions) + R"(, "indices": )" +
+           list("0, 0, 0", triangles) + "}}";
+  };
+  const std::size_t least = memory(mesh(1, 1));
+  CHECK((memory(mesh(1 + count, 1)) - least) / count >= sizeof(math::Vec3));
+  CHECK((memory(mesh(1, 1 + count)) - least) / count >= sizeof(std::array<std::uint32_t, 3>));
+}
+
 TEST_CASE("the slowest polygons are refused or read quickly") {
   std::string zigzag = "[0, -2, 0]";
   for (int i = 0; i < 998; ++i) {
@@ -261,6 +288,8 @@ TEST_CASE("work counts pixels, samples, lights, and the rays that a camera ray c
       R"(, "lights": [{"type": "point", "position": [0, 0, 0], "intensity": 1},
                       {"type": "point", "position": [0, 0, 0], "intensity": 1, "radius": 1}])";
   CHECK(work(lights, "{" + size + R"(, "shadow_samples": 16})") == 100 * (1 + 1 + 16));
+  CHECK(work(lights, "{" + size + R"(, "samples_per_pixel": 4, "shadow_samples": 3, "target_error": 1})") ==
+        400 * (1 + 1 + 3));
   const std::string mirror = R"(, "materials": {"m": {"reflection": 1}})";
   CHECK(work(mirror, "{" + size + R"(, "max_depth": 7})") == 100 * 8);
   const std::string dim = R"(, "materials": {"m": {"transmission": 0.1}})";
@@ -274,6 +303,11 @@ TEST_CASE("work counts pixels, samples, lights, and the rays that a camera ray c
   CHECK(work(both, "{" + size + R"(, "max_depth": 19})") == 100 * (std::exp2(20) - 1));
   const std::string glass = R"(, "materials": {"m": {"reflection": 0.1, "transmission": 0.9}})";
   CHECK(work(glass, "{" + size + R"(, "max_depth": 32})") == 100 * 33);
+  // Where one of both is too little to be followed there is no tree.
+  for (const char* once : {R"("reflection": 1, "transmission": 0.001)", R"("reflection": 0.001, "transmission": 1)"}) {
+    const std::string almost = std::string(R"(, "materials": {"m": {)") + once + "}}";
+    CHECK(work(almost, "{" + size + R"(, "max_depth": 32, "min_contribution": 0.01})") == 100 * 33);
+  }
   CHECK(refusal(job(both, R"({"width": 100, "height": 100, "max_depth": 32})")));
 }
 

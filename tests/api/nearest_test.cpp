@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "api/fields.h"
 #include "api/job_request.h"
 #include "api/problem.h"
 
@@ -48,5 +49,15 @@ TEST_CASE("a member that is not known is answered with the one that was probably
     CHECK(detail_at("/scene/objects/0/centre") == "is not a known field; did you mean \"center\"?");
     CHECK(detail_at("/scene/objects/0/normal") == "is not a known field");
     CHECK(detail_at("/options/shadowSamples") == "is not a known field; did you mean \"shadow_samples\"?");
+  }
+}
+
+TEST_CASE("what is quoted is cut after forty bytes, and not within a character") {
+  for (const auto& [given, expected] : std::vector<std::pair<std::string, std::string>>{
+           {std::string(40, 'x'), "\"" + std::string(40, 'x') + "\""},
+           {std::string(41, 'x'), "\"" + std::string(40, 'x') + "…\""},
+           {std::string(39, 'x') + "ß", "\"" + std::string(39, 'x') + "…\""},
+           {std::string(38, 'x') + "ßx", "\"" + std::string(38, 'x') + "ß…\""}}) {
+    CHECK(quoted(given) == expected);
   }
 }
