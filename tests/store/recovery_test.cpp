@@ -110,6 +110,10 @@ TEST_CASE("databases that are not this version's are refused, and nothing is tou
     run_sql(path, "PRAGMA application_id = 7");
     expected = "not one of Penumbra";
   }
+  SUBCASE("another program's that has no number") {
+    run_sql(path, "PRAGMA application_id = 0; PRAGMA user_version = 0");
+    expected = "not one of Penumbra";
+  }
   SUBCASE("no database at all") {
     fs::remove(path + "/penumbra.db");
     std::ofstream(path + "/penumbra.db") << std::string(5000, 'x');

@@ -62,6 +62,34 @@ TEST_CASE("files of images go when the last job that has them goes") {
   CHECK(files_in(directory / "blobs") == 0);
 }
 
+TEST_CASE_TEMPLATE("a preview counts with its image", Store, MemoryStore, FreshSqliteStore) {
+  Store store;
+  store.create(job_of("a"), "body", {});
+  Ending ending = success("float bytes");
+  ending.image->png_preview = std::make_shared<const std::string>("png bytes");
+  finish(store, "a", ending);
+  Retention retention;
+  retention.max_image_bytes = 11 + 9;
+  store.expire(retention, noon);
+  CHECK(store.image("a")->state == ImageState::present);
+  --retention.max_image_bytes;
+  store.expire(retention, noon);
+  CHECK(store.image("a")->state == ImageState::expired);
+}
+
+TEST_CASE("what was removed once is not looked at again") {
+  const TemporaryDirectory directory;
+  SqliteStore store(in_directory(directory.path()));
+  store.create(job_of("a"), "body", {});
+  finish(store, "a", success("bytes"));
+  store.remove("a");
+  const std::string path = blob_path(directory.path(), "bytes");
+  REQUIRE_FALSE(fs::exists(path));
+  std::ofstream(path) << "somebody's";
+  store.create(job_of("b"), "body", {});
+  CHECK(fs::exists(path));
+}
+
 TEST_CASE("an image whose file is gone or damaged has expired and is not found again") {
   const TemporaryDirectory directory;
   SqliteStore store(in_directory(directory.path()));

@@ -3,8 +3,8 @@
 namespace penumbra::test {
 
 /// The calls that can be made to fail: those of write and pwrite, of fsync and fdatasync, of rename, of the allocator,
-/// of accept and accept4.
-enum class Fault { write, sync, rename, allocation, accept };
+/// of accept and accept4, of open.
+enum class Fault { write, sync, rename, allocation, accept, open };
 
 }  // namespace penumbra::test
 
@@ -13,4 +13,6 @@ extern "C" {
 void arm_fault(int kind, long first, long last, int error);
 /// Nothing fails any more; returns how many calls there were.
 long disarm_fault();
+/// Files written to and directories that got names since faults were armed, and not fsynced since.
+long unsynced_files();
 }
