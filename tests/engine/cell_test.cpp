@@ -114,6 +114,31 @@ TEST_CASE("what lies within a hull's limits lies before the target as every poin
   CHECK(within > 1000);
 }
 
+TEST_CASE("hulls end behind the target, and their limits leave out little before it") {
+  test::Random random(15);
+  for (int i = 0; i < 2000; ++i) {
+    const math::Frame frame = math::frame_around(random.direction());
+    const double size = random.between(0.01, 0.3), away = random.between(2, 8);
+    const Vec3 u = frame.u * size, v = frame.v * size;
+    const shadows::FlatCell square{{-u - v, u - v, u + v, -u + v}, frame.n};
+    const Vec3 aside = frame.u * random.between(-2, 2) + frame.v * random.between(-2, 2);
+    const shadows::Target target{frame.n * away + aside, random.between(0, 0.5), false};
+    const double distance = math::length(target.center);
+    const Vec3 way = target.center * (1 / distance);
+    const math::Frame around = math::frame_around(way);
+    // The ball around the square has the radius √2 size; the hull goes by it.
+    const double tangent = 1.01 * std::sqrt(2.0) * size / std::sqrt(distance * distance - 2 * size * size);
+    const double x = random.between(-1, 1), y = random.between(-1, 1);
+    const double before = tangent * (std::fabs(x) + std::fabs(y)) + 1e-6;
+    const shadows::RoundCell ball{{}, std::sqrt(2.0) * size};
+    for (const auto& region : {hull(square, target), hull(ball, target)}) {
+      REQUIRE(region);
+      CHECK(region->miss(speck(target.center + way * (target.radius + 1e-6))));
+      CHECK(region->is_within_limits(speck(target.center + around.u * x + around.v * y - way * before)));
+    }
+  }
+}
+
 TEST_CASE("a view cone tells which spheres meet all of its segments and which meet none") {
   test::Random random(13);
   int covered = 0, missed = 0;

@@ -85,6 +85,17 @@ TEST_CASE("reflection and transmission: depth, contribution, and what a missed r
         doctest::Approx(0.375));
 }
 
+TEST_CASE("rays that would add too little are counted, not cast") {
+  const auto picture = test::render(api::parse_job(
+      R"({"scene": {"background": 1, "camera": {"position": [0, 0, 5], "direction": [0, 0, -1], "vertical_fov": 1},
+          "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1], "material": {"reflection": 0.5, "transmission": 0.05}}]},
+          "options": {"width": 3, "height": 2, "min_contribution": 0.1}})"));
+  CHECK(picture.stats.rays.camera == 6);
+  CHECK(picture.stats.rays.reflection == 6);
+  CHECK(picture.stats.rays.transmission == 0);
+  CHECK(picture.stats.skipped.at("negligible_rays") == 6);
+}
+
 TEST_CASE("Snell's law through a slab shifts the ray; past the critical angle everything is reflected") {
   // A ray at 45° enters glass of ior √2 and runs on at 30°: it meets the far side's emissive strip or not.
   const auto seen = [](double from, double to) {
