@@ -117,3 +117,17 @@ TEST_CASE("segments that graze a sphere, a tube or a cylinder meet it, and those
     }
   }
 }
+
+TEST_CASE("a segment along an axis and spheres on a grid, where coordinates are often 0") {
+  const DiscView view{{}, {0, 0, 4}, {}, {}, false};
+  for (int i = 0; i < 11 * 11 * 11; ++i) {
+    const Vec3 center{i % 11 - 5.0, i / 11 % 11 - 5.0, i / 121 - 2.0};
+    const Vec3 nearest{0, 0, std::clamp(center.z, 0.0, 4.0)};
+    accel::World world;
+    world.spheres.push_back({center, 1});
+    const accel::Item item{Kind::sphere, true, 0, accel::no_placement};
+    const double distance = math::length(center - nearest);
+    if (distance == 1) continue;
+    CHECK(shading::shadows::meets_segments(view, world, item) == (distance < 1));
+  }
+}
