@@ -91,9 +91,11 @@ std::optional<PolygonFault> polygon_fault(std::span<const Vec3> vertices) {
   }
   math::Bounds bounds;
   for (const Vec3& vertex : vertices) bounds.include(vertex);
-  // Everything below is relative to the polygon's size.
+  // Everything below is relative to the polygon's size, but for less than a factor of two: divided by a power of two,
+  // what lies on one line stays there.
   const Vec3 center = bounds.center();
-  const double size = max_component(bounds.extent());
+  const double longest = max_component(bounds.extent()), size = std::ldexp(1.0, std::ilogb(longest));
+  const double scaled_longest = longest / size;
   std::vector<Vec3> scaled(n);
   std::transform(vertices.begin(), vertices.end(), scaled.begin(), [&](const Vec3& v) {
     return Vec3{(v.x - center.x) / size, (v.y - center.y) / size, (v.z - center.z) / size};
@@ -101,11 +103,14 @@ std::optional<PolygonFault> polygon_fault(std::span<const Vec3> vertices) {
 
   const Vec3 area = area_vector(scaled);
   constexpr double smallest_area = 1e-12;
-  if (!(length(area) > smallest_area)) return PolygonFault{{}, "must enclose an area, and not cross itself"};
+  if (!(length(area) > smallest_area * scaled_longest * scaled_longest))
+    return PolygonFault{{}, "must enclose an area, and not cross itself"};
   const Vec3 normal = normalize(area);
   Vec3 centroid;
   for (const Vec3& vertex : scaled) centroid += vertex * (1 / static_cast<double>(n));
-  const auto is_off_plane = [&](const Vec3& v) { return std::fabs(dot(normal, v - centroid)) > planarity_tolerance; };
+  const auto is_off_plane = [&](const Vec3& v) {
+    return std::fabs(dot(normal, v - centroid)) > planarity_tolerance * scaled_longest;
+  };
   if (std::any_of(scaled.begin(), scaled.end(), is_off_plane)) {
     return PolygonFault{{}, "must lie in one plane, to 1e-6 of the polygon's size"};
   }
