@@ -89,12 +89,13 @@ std::vector<std::string> names_in(const std::string& directory) {
   const std::unique_ptr<DIR, int (*)(DIR*)> entries(::opendir(directory.c_str()), &::closedir);
   if (!entries) fail(directory);
   std::vector<std::string> names;
-  errno = 0;
-  // Safe for streams that are not shared. NOLINTNEXTLINE(concurrency-mt-unsafe)
-  while (const dirent* entry = ::readdir(entries.get())) {
+  for (;;) {
+    errno = 0;  // readdir alone tells neither its end nor its failure
+    // Safe for streams that are not shared. NOLINTNEXTLINE(concurrency-mt-unsafe)
+    const dirent* const entry = ::readdir(entries.get());
+    if (entry == nullptr) break;
     std::string name = entry->d_name;
     if (name != "." && name != "..") names.push_back(std::move(name));
-    errno = 0;
   }
   if (errno != 0) fail(directory);
   return names;
