@@ -36,6 +36,7 @@ struct Answers {
   bool a_created = false, a_started = false, a_finished = false;
   bool b_created = false, b_removed = false;
   bool c_created = false, c_ended = false;
+  bool is_a_misread = false;
   int store_failures = 0, full = 0;
   long unsynced = 0;  // files, after any call that has returned
   decltype(&unsynced_files) count_unsynced = preloaded<decltype(unsynced_files)>("unsynced_files");
@@ -78,6 +79,10 @@ Answers live(const Script& script, const std::string& directory, std::atomic<boo
     answers.b_created = answers.made([&] { store.create(script.b, script.body, script.no_key); });
     bool is_finished = false;
     answers.a_finished = answers.made([&] { is_finished = store.finish("a", script.a_ends); }) && is_finished;
+    answers.made([&] {
+      const auto found = store.image("a");
+      answers.is_a_misread = answers.a_finished && *found->image.bytes != *script.a_ends.image->bytes;
+    });
     answers.b_removed = answers.made([&] { store.remove("b"); });
     answers.c_created = answers.made([&] { store.create(script.c, script.body, script.no_key); });
     answers.c_ended = answers.made([&] { is_finished = store.finish("c", script.c_ends); }) && is_finished;
@@ -113,6 +118,7 @@ void check(const Script& script, const std::string& directory, const Answers& an
   if (answers.c_created) REQUIRE(c);
   if (answers.c_ended) CHECK(c->state == JobState::failed);
   if (c && c->state == JobState::queued) CHECK(store.spec("c") == script.body);
+  CHECK_FALSE(answers.is_a_misread);
   // What no row refers to is gone.
   CHECK(files_in(directory + "/blobs") == (a && a->state == JobState::succeeded ? 2 : 0));
   // Whoever was told of a failure is not alone: the server is.
@@ -157,6 +163,7 @@ void sweep(const Sweep& how) {
     // For want of descriptors nothing is in doubt; after a write that failed for another reason all is.
     if (how.kind == Fault::open && answers.is_open) CHECK(answers.store_failures == 0);
     if (how.kind == Fault::write && how.error == EIO && answers.is_open && !is_whole) CHECK(answers.is_failed);
+    if (how.kind == Fault::part) CHECK(is_whole);
     if (how.kind == Fault::sync && answers.is_open && !is_whole) CHECK(answers.is_failed);
   }
   MESSAGE(std::string(how.name) << ": " << (n - 1) / how.step << " faults, " << failed_lives
@@ -193,6 +200,7 @@ TEST_CASE("whatever fails, nothing that was answered is lost") {
         Sweep{Fault::write, "every write from then on", EIO, true}, Sweep{Fault::sync, "an fsync", EIO, false},
         Sweep{Fault::sync, "every fsync from then on", EIO, true}, Sweep{Fault::rename, "a rename", EIO, false},
         Sweep{Fault::open, "an open without descriptors", EMFILE, false},
+        Sweep{Fault::part, "every read and write a part from then on", 0, true, 20},
         Sweep{Fault::allocation, "an allocation", ENOMEM, false, step}})
     sweep(how);
 }

@@ -47,6 +47,9 @@ bool is_to_fail(Fault kind) {
   return true;
 }
 
+/// What a read or write of `size` bytes does.
+std::size_t part_of(std::size_t size) { return is_to_fail(Fault::part) ? (size + 1) / 2 : size; }
+
 /// What an fsync has yet to reach, by inode; without allocations.
 class Unsynced {
  public:
@@ -153,21 +156,26 @@ ssize_t write(int file, const void* bytes, std::size_t size) {
   static const auto real = next<decltype(write)>("write");
   if (armed_kind == static_cast<int>(Fault::write) && is_regular_file(file) && is_to_fail(Fault::write)) return -1;
   unsynced.add_file(file);
-  return real(file, bytes, size);
+  return real(file, bytes, part_of(size));
+}
+
+ssize_t read(int file, void* bytes, std::size_t size) {
+  static const auto real = next<decltype(read)>("read");
+  return real(file, bytes, part_of(size));
 }
 
 ssize_t pwrite(int file, const void* bytes, std::size_t size, off_t offset) {
   static const auto real = next<decltype(pwrite)>("pwrite");
   if (is_to_fail(Fault::write)) return -1;
   unsynced.add_file(file);
-  return real(file, bytes, size, offset);
+  return real(file, bytes, part_of(size), offset);
 }
 
 ssize_t pwrite64(int file, const void* bytes, std::size_t size, off64_t offset) {
   static const auto real = next<decltype(pwrite64)>("pwrite64");
   if (is_to_fail(Fault::write)) return -1;
   unsynced.add_file(file);
-  return real(file, bytes, size, offset);
+  return real(file, bytes, part_of(size), offset);
 }
 
 int fsync(int file) {

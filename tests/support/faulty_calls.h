@@ -3,8 +3,8 @@
 namespace penumbra::test {
 
 /// The calls that can be made to fail: those of write and pwrite, of fsync and fdatasync, of rename, of the allocator,
-/// of accept and accept4, of open.
-enum class Fault { write, sync, rename, allocation, accept, open };
+/// of accept and accept4, of open. Those of read and write that are a part do half of what they are asked.
+enum class Fault { write, sync, rename, allocation, accept, open, part };
 
 }  // namespace penumbra::test
 
