@@ -236,3 +236,56 @@ TEST_CASE("what a search leaves out has no silhouette edge, seen from anywhere i
   CHECK(left_out > 10'000);
   CHECK(plain > 60'000);
 }
+
+TEST_CASE("no silhouette of small triangles seen all but edge-on is lost to single precision") {
+  test::Random random(34);
+  accel::TriangleSet sheet;
+  constexpr std::uint32_t size = 16;
+  // Three pieces, apart from each other by far more than a triangle is wide: so much of its place is rounded.
+  for (const Vec3& piece : {Vec3{}, Vec3{1.3, -0.7, 0.9}, Vec3{-1.1, 0.9, 0.3}}) {
+    const auto first = static_cast<std::uint32_t>(sheet.positions.size());
+    for (std::uint32_t x = 0; x <= size; ++x) {
+      for (std::uint32_t y = 0; y <= size; ++y) {
+        const Vec3 place{static_cast<double>(x), random.between(0, 2), static_cast<double>(y)};
+        sheet.positions.push_back(piece + place * 0.001);
+      }
+    }
+    for (std::uint32_t x = 0; x < size; ++x) {
+      for (std::uint32_t y = 0; y < size; ++y) {
+        const std::uint32_t a = first + x * (size + 1) + y, b = a + size + 1;
+        sheet.corners.push_back({a, a + 1, b}), sheet.corners.push_back({b, a + 1, b + 1});
+      }
+    }
+  }
+  accel::link_neighbours(sheet, std::vector<std::uint32_t>(sheet.size(), 0));
+  const auto tree = std::make_shared<accel::WideTree>(sheet, std::span<const accel::OtherEntry>{}, accel::run_in_turn);
+  const accel::Structure structure{nullptr, tree,
+                                   std::make_shared<accel::NormalCones>(*tree, sheet, accel::run_in_turn)};
+  int silhouettes = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto t = static_cast<std::uint32_t>(random.below(static_cast<int>(sheet.size())));
+    const geometry::TriangleVertices at = sheet[t];
+    const Vec3 normal = math::normalize(math::cross(at.v1 - at.v0, at.v2 - at.v0));
+    const Vec3 along = math::normalize(math::cross(normal, random.direction()));
+    const Vec3 from =
+        at.v0 + along * random.between(0.1, 3) + normal * std::ldexp(random.between(-1, 1), -random.below(30));
+    HalfSpaces region(from, 9, {{-9, -9, -9}, {9, 9, 9}});
+    region.add_limit(along, 9);
+    const accel::Silhouettes seen{*structure.cones, from, 0};
+    accel::RegionVisitor::EdgeFlags shown{{}, false};
+    const auto at_triangle = [&](std::uint32_t triangle, const accel::RegionVisitor::EdgeFlags& edges) {
+      if (triangle == t) shown = edges;
+      return false;
+    };
+    accel::search(
+        structure, region, &seen, at_triangle, [](std::uint32_t) { return false; }, [] {});
+    for (std::size_t e = 0; e < 3; ++e) {
+      const std::uint32_t other = sheet.neighbours[t][e];
+      const bool is_silhouette =
+          other == accel::TriangleSet::no_neighbour || (side(at, from) > 0) != (side(sheet[other], from) > 0);
+      if (is_silhouette) CHECK(shown[e]);
+      silhouettes += is_silhouette ? 1 : 0;
+    }
+  }
+  CHECK(silhouettes > 1000);
+}
