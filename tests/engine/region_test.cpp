@@ -237,30 +237,60 @@ TEST_CASE("what a search leaves out has no silhouette edge, seen from anywhere i
   CHECK(plain > 60'000);
 }
 
+namespace {
+
+/// Adds a square sheet of small hills.
+void add_sheet(test::Random& random, const Vec3& at, double scale, double height, accel::TriangleSet& sheet) {
+  constexpr std::uint32_t size = 16;
+  const auto first = static_cast<std::uint32_t>(sheet.positions.size());
+  for (std::uint32_t x = 0; x <= size; ++x) {
+    for (std::uint32_t y = 0; y <= size; ++y) {
+      const Vec3 place{static_cast<double>(x), random.between(0, height), static_cast<double>(y)};
+      sheet.positions.push_back(at + place * scale);
+    }
+  }
+  for (std::uint32_t x = 0; x < size; ++x) {
+    for (std::uint32_t y = 0; y < size; ++y) {
+      const std::uint32_t a = first + x * (size + 1) + y, b = a + size + 1;
+      sheet.corners.push_back({a, a + 1, b}), sheet.corners.push_back({b, a + 1, b + 1});
+    }
+  }
+}
+
+accel::Structure with_cones(const accel::TriangleSet& triangles) {
+  const auto tree =
+      std::make_shared<accel::WideTree>(triangles, std::span<const accel::OtherEntry>{}, accel::run_in_turn);
+  return {nullptr, tree, std::make_shared<accel::NormalCones>(*tree, triangles, accel::run_in_turn)};
+}
+
+}  // namespace
+
+TEST_CASE("a search that leaves out all triangles tells that there are some") {
+  test::Random random(35);
+  accel::TriangleSet sheet;
+  add_sheet(random, {}, 1, 0.05, sheet);
+  accel::link_neighbours(sheet, std::vector<std::uint32_t>(sheet.size(), 0));
+  const accel::Structure structure = with_cones(sheet);
+  const Vec3 above{8, 50, 8}, down{0, -1, 0};
+  HalfSpaces region(above, 100, {{6, -1, 6}, {10, 1, 10}});
+  region.add_limit(down, 60);
+  const accel::Silhouettes seen{*structure.cones, above, 0};
+  int found = 0, told = 0;
+  const auto at_triangle = [&](std::uint32_t, const accel::RegionVisitor::EdgeFlags&) { return ++found < 0; };
+  accel::search(
+      structure, region, &seen, at_triangle, [](std::uint32_t) { return false; }, [&] { ++told; });
+  CHECK(found == 0);
+  CHECK(told == 1);
+}
+
 TEST_CASE("no silhouette of small triangles seen all but edge-on is lost to single precision") {
   test::Random random(34);
   accel::TriangleSet sheet;
-  constexpr std::uint32_t size = 16;
   // Three pieces, apart from each other by far more than a triangle is wide: so much of its place is rounded.
-  for (const Vec3& piece : {Vec3{}, Vec3{1.3, -0.7, 0.9}, Vec3{-1.1, 0.9, 0.3}}) {
-    const auto first = static_cast<std::uint32_t>(sheet.positions.size());
-    for (std::uint32_t x = 0; x <= size; ++x) {
-      for (std::uint32_t y = 0; y <= size; ++y) {
-        const Vec3 place{static_cast<double>(x), random.between(0, 2), static_cast<double>(y)};
-        sheet.positions.push_back(piece + place * 0.001);
-      }
-    }
-    for (std::uint32_t x = 0; x < size; ++x) {
-      for (std::uint32_t y = 0; y < size; ++y) {
-        const std::uint32_t a = first + x * (size + 1) + y, b = a + size + 1;
-        sheet.corners.push_back({a, a + 1, b}), sheet.corners.push_back({b, a + 1, b + 1});
-      }
-    }
-  }
+  for (const Vec3& piece : {Vec3{}, Vec3{1.3, -0.7, 0.9}, Vec3{-1.1, 0.9, 0.3}})
+    add_sheet(random, piece, 0.001, 2, sheet);
   accel::link_neighbours(sheet, std::vector<std::uint32_t>(sheet.size(), 0));
-  const auto tree = std::make_shared<accel::WideTree>(sheet, std::span<const accel::OtherEntry>{}, accel::run_in_turn);
-  const accel::Structure structure{nullptr, tree,
-                                   std::make_shared<accel::NormalCones>(*tree, sheet, accel::run_in_turn)};
+  const accel::Structure structure = with_cones(sheet);
   int silhouettes = 0;
   for (int i = 0; i < 3000; ++i) {
     const auto t = static_cast<std::uint32_t>(random.below(static_cast<int>(sheet.size())));
