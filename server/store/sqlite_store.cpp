@@ -69,7 +69,6 @@ Database SqliteStore::open() {
 }
 
 SqliteStore::~SqliteStore() {
-  readers_.reset();
   const bool is_well = Writer::close(std::move(writer_));
   if (!is_well) return;
   try {
