@@ -85,6 +85,22 @@ TEST_CASE("reflection and transmission: depth, contribution, and what a missed r
         doctest::Approx(0.375));
 }
 
+TEST_CASE("what glows alone and what is lit stand side by side") {
+  std::string strips;
+  for (int i = 0; i < 16; ++i) {
+    strips += fmt::format(
+        R"({0}{{"type": "polygon", "vertices": [[{1}, -8, 0], [{2}, -8, 0], [{2}, 8, 0], [{1}, 8, 0]], "material": {{"{3}}}}})",
+        i > 0 ? ", " : "", i - 8, i - 7, i % 3 == 0 ? R"(emission": 0.25)" : R"(diffuse": 1)");
+  }
+  const auto picture = test::render(api::parse_job(fmt::format(
+      R"({{"scene": {{"camera": {{"position": [0, 0, 5], "direction": [0, 0, -1], "projection": "orthographic", "view_plane": {{"width": 16, "height": 16}}}},
+          "objects": [{}], "lights": [{{"type": "directional", "direction": [0, 0, -1], "intensity": 1}}]}},
+          "options": {{"width": 16, "height": 16}}}})",
+      strips)));
+  for (std::size_t pixel = 0; pixel < 256; ++pixel)
+    CHECK(picture.film->rgb[3 * pixel] == (pixel % 16 % 3 == 0 ? 0.25 : 1));
+}
+
 TEST_CASE("rays that would add too little are counted, not cast") {
   const auto picture = test::render(api::parse_job(
       R"({"scene": {"background": 1, "camera": {"position": [0, 0, 5], "direction": [0, 0, -1], "vertical_fov": 1},
