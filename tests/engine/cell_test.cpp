@@ -300,3 +300,31 @@ TEST_CASE("an edge is in the disc where some point of it is") {
   }
   CHECK(inside > 2000);
 }
+
+TEST_CASE("a triangle meets the disc's cone where some point of it before the disc does") {
+  test::Random random(16);
+  int met = 0, missed = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const double reach = i % 3 == 0 ? 0.5 : 3;
+    const Vec3 middle{random.between(-1, 1), random.between(-1, 1), random.between(-0.5, 1.5)};
+    const std::array<Vec3, 3> v{middle + random.in_cube(reach), middle + random.in_cube(reach),
+                                middle + random.in_cube(reach)};
+    bool is_found = false, is_near = false;
+    constexpr int steps = 40;
+    for (int a = 0; a <= steps; ++a) {
+      for (int b = 0; a + b <= steps; ++b) {
+        const Vec3 p =
+            v[0] + (v[1] - v[0]) * (static_cast<double>(a) / steps) + (v[2] - v[0]) * (static_cast<double>(b) / steps);
+        const double out = std::sqrt(p.x * p.x + p.y * p.y) - p.z, room = 6 * reach / steps;
+        is_found = is_found || (p.z > 0 && p.z < 1 && out < 0);
+        is_near = is_near || (p.z > -room && p.z < 1 + room && out < 2 * room);
+      }
+    }
+    const bool meets = shadows::meets_cone(v);
+    if (is_found) CHECK(meets);
+    if (!is_near) CHECK_FALSE(meets);
+    met += is_found ? 1 : 0, missed += is_near ? 0 : 1;
+  }
+  CHECK(met > 2000);
+  CHECK(missed > 2000);
+}
