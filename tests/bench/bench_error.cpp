@@ -205,7 +205,7 @@ int bench(const Arguments& arguments) {
                            build_s.push_back(picture->stats.build_s);
                            return std::pair(*picture->film, picture->stats.render_s);
                          },
-                         {1, 4, 16, 64, 256, 1024, 4096},
+                         {1, 4, 8, 16, 64, 256, 1024, 4096},
                          {},
                          {}});
   // Budgets of this one are targets: the error asked for, in steps of half an order.
