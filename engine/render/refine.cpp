@@ -89,19 +89,19 @@ std::optional<Color> PixelSampler::background_of(const Canvas::Tile& tile) const
 std::vector<Pixel> PixelSampler::sample(const Canvas::Tile& tile, const std::function<bool()>& is_stopped,
                                         shading::Integrator& integrator) const {
   if (refiner_) return refiner_->refine(tile, is_stopped, integrator);
-  const int columns = (tile.right - tile.left + stride_ - 1) / stride_;
-  const int rows = (tile.bottom - tile.top + stride_ - 1) / stride_;
-  std::vector<Pixel> pixels(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  const auto columns = static_cast<std::size_t>((tile.right - tile.left + stride_ - 1) / stride_);
+  const auto rows = static_cast<std::size_t>((tile.bottom - tile.top + stride_ - 1) / stride_);
+  std::vector<Pixel> pixels(columns * rows);
   std::array<Pixel, shading::lane_count> found;
   for_each_block(tile, stride_, [&](const PixelBlock& block) {
     if (is_stopped()) return;
     sample(block, integrator, found.data());
     const int left = (block.left - tile.left) / stride_, top = (block.top - tile.top) / stride_;
     for (std::size_t i = 0; i < block.size(); ++i) {
-      const int column = left + static_cast<int>(i) % block.columns(),
-                row = top + static_cast<int>(i) / block.columns();
+      const auto column = static_cast<std::size_t>(left + static_cast<int>(i) % block.columns());
+      const auto row = static_cast<std::size_t>(top + static_cast<int>(i) / block.columns());
       if (stride_ > 1) stand_for_square(block.column(i), block.row(i), integrator, found[i]);
-      pixels[static_cast<std::size_t>(row * columns + column)] = found[i];
+      pixels[row * columns + column] = found[i];
     }
   });
   return pixels;
