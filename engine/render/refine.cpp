@@ -96,12 +96,12 @@ std::vector<Pixel> PixelSampler::sample(const Canvas::Tile& tile, const std::fun
   for_each_block(tile, stride_, [&](const PixelBlock& block) {
     if (is_stopped()) return;
     sample(block, integrator, found.data());
-    const int left = (block.left - tile.left) / stride_, top = (block.top - tile.top) / stride_;
+    const auto left = static_cast<std::size_t>((block.left - tile.left) / stride_);
+    const auto top = static_cast<std::size_t>((block.top - tile.top) / stride_);
+    const auto across = static_cast<std::size_t>(block.columns());
     for (std::size_t i = 0; i < block.size(); ++i) {
-      const auto column = static_cast<std::size_t>(left + static_cast<int>(i) % block.columns());
-      const auto row = static_cast<std::size_t>(top + static_cast<int>(i) / block.columns());
       if (stride_ > 1) stand_for_square(block.column(i), block.row(i), integrator, found[i]);
-      pixels[row * columns + column] = found[i];
+      pixels[(top + i / across) * columns + left + i % across] = found[i];
     }
   });
   return pixels;
