@@ -65,7 +65,7 @@ int bench(const std::string& path, int edge, int grid, int rays) {
     shading::Counters counters;
     const std::function<bool()> never = [] { return false; };
     shading::shadows::Shadows classifies(scene, all, counters, never), casts(scene, none, counters, never);
-    const shading::DiscSampling few(16), many(rays);
+    const shading::DiscSampling few(64), many(rays);
     Counts here;
     for (int column = 0; column < grid; ++column) {
       const double step = static_cast<double>(edge) / grid;
