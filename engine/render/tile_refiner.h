@@ -11,9 +11,9 @@ namespace penumbra::render {
 /// Takes as many camera samples of each pixel of a tile as a target for their error asks for. A pixel alone cannot tell
 /// its error well: that few samples agree may be chance. So a model tells how the pixels' variances compare, and the
 /// whole tile by what factor that model is off in it. And what has a say in the decision to stop no longer tells the
-/// error honestly – pixels stop where it happens to be small –, so the error of each is measured by what had none: with
-/// several camera rays the decision is to take as many again, which then show how far both are off.
-/// May be shared between threads while it refines.
+/// error honestly – pixels stop where it happens to be small –, so the error of each is measured by what had none: the
+/// decision is to take as many again, which then show how far both are off. (Of one camera ray a pixel:
+/// sample_choice.h.) May be shared between threads while it refines.
 class TileRefiner {
  public:
   /// The numbers of samples are caps. `rays` outlives this object.

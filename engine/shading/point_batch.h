@@ -44,7 +44,6 @@ class PointBatch {
     if (point.material->is_lit) lit_ |= LaneMask{1} << lane;
     return lane;
   }
-  LaneMask used() const { return used_; }
   LaneMask lit() const { return lit_; }  // the material sends on some light
   const ShadingPoint& point(std::size_t lane) const { return points_[lane]; }
   const PixelPlace& pixel(std::size_t lane) const { return pixels_[lane]; }

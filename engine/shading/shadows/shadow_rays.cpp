@@ -45,7 +45,7 @@ Visibility Sight::sample(const DiscView& disc, const DiscSampling& sampling, con
   transmittances.resize(static_cast<std::size_t>(sampling.spiral.count()));
   std::size_t taken = 0;
   for (const int i : sampling.spiral.around()) {
-    if (++taken % samples_between_looks == 0 && shadows_.is_canceled_()) return {};
+    if (++taken % samples_between_looks == 0 && shadows_.is_canceled_()) return shadows_.bundled_ = 0, Visibility{};
     const auto [x, y] = sampling.spiral.point(i, turn);
     Color& seen = transmittances[static_cast<std::size_t>(i)];
     if (listed() != nullptr) {
