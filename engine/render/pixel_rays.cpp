@@ -42,7 +42,7 @@ void PixelRays::trace(std::span<CameraRay> rays, const shading::DiscSampling& sa
   if (has_bundles_) {
     for (std::size_t first = 0; first < rays.size(); first += width) {
       const auto some = rays.subspan(first, std::min(width, rays.size() - first));
-      const auto prepared = for_each_lane<width>([&](std::size_t i) {
+      const auto prepared = shading::array_of<width>([&](std::size_t i) {
         const geometry::Ray& ray = some[std::min(i, some.size() - 1)].ray;
         return geometry::PreparedRay(ray.origin, ray.direction);
       });
@@ -58,7 +58,7 @@ void PixelRays::trace(std::span<CameraRay> rays, const shading::DiscSampling& sa
 
 void PixelRays::trace_centers(const PixelBlock& block, const shading::DiscSampling& sampling,
                               shading::Integrator& integrator, Pixel* pixels) const {
-  auto rays = for_each_lane<shading::lane_count>([&](std::size_t i) {
+  auto rays = shading::array_of<shading::lane_count>([&](std::size_t i) {
     const std::size_t pixel = std::min(i, block.size() - 1);
     const int column = block.column(pixel), row = block.row(pixel);
     const sampling::Key pixel_key = key(column, row);

@@ -1,9 +1,7 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <span>
-#include <utility>
 
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
@@ -21,13 +19,6 @@ struct Pixel {
 /// The variance of a pixel's color as its squared error, which is measured clamped to display range: a channel far
 /// above 1 has none.
 double squared_error(const math::Color& value, const math::Color& variance);
-
-/// What `of_lane` makes of each of `width` places.
-template <std::size_t width, class OfLane>
-auto for_each_lane(const OfLane& of_lane) {
-  return [&]<std::size_t... lane>(std::index_sequence<lane...>) { return std::array{of_lane(lane)...}; }
-  (std::make_index_sequence<width>());
-}
 
 /// Pixels that are lit together: of a square of the picture, right and bottom exclusive, those in the middle of every
 /// `stride` pixels.

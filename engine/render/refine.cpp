@@ -149,7 +149,7 @@ void PixelSampler::sample_several(const PixelBlock& block, shading::Integrator& 
   std::array<PixelRays::Sample, shading::lane_count> samples;
   for (std::size_t begin = 0; begin < all; begin += shading::lane_count) {
     const std::size_t count = std::min(shading::lane_count, all - begin);
-    auto rays = for_each_lane<shading::lane_count>([&](std::size_t i) {
+    auto rays = shading::array_of<shading::lane_count>([&](std::size_t i) {
       const std::size_t at = begin + std::min(i, count - 1);
       return several[at / each].ray(static_cast<std::uint32_t>(at % each));
     });

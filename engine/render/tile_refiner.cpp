@@ -110,7 +110,7 @@ struct TileRefiner::Several {
     std::array<PixelRays::Sample, shading::lane_count> samples;
     while (count < end) {
       const int size = std::min(static_cast<int>(shading::lane_count), end - count);
-      auto together = for_each_lane<shading::lane_count>([&](std::size_t i) {
+      auto together = shading::array_of<shading::lane_count>([&](std::size_t i) {
         return rays.ray(static_cast<std::uint32_t>(count + std::min(static_cast<int>(i), size - 1)));
       });
       all.trace(std::span(together).first(static_cast<std::size_t>(size)), sampling, integrator, samples.data());
@@ -197,7 +197,7 @@ double TileRefiner::contrast_beside(Several& pixel, const shading::DiscSampling&
                                     shading::Integrator& integrator) const {
   if (!pixel.contrast) {
     pixel.contrast = 0;
-    auto rays = for_each_lane<corners_around.size()>([&](std::size_t i) {
+    auto rays = shading::array_of<corners_around.size()>([&](std::size_t i) {
       return pixel.rays.ray_at(corners_around[i],
                                static_cast<std::uint32_t>(looks_.back()) + static_cast<std::uint32_t>(i));
     });

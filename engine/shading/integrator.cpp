@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "engine/shading/lights/light.h"
 
@@ -17,13 +16,6 @@ constexpr std::uint64_t reflected_path = 1, transmitted_path = 2, first_light = 
 
 /// Somebody who cancels waits as long as these take, beside a single ray.
 constexpr std::size_t lights_between_looks = 16;
-
-/// What `of_index` makes of each index.
-template <std::size_t count, class OfIndex>
-auto for_each_index(const OfIndex& of_index) {
-  return [&]<std::size_t... i>(std::index_sequence<i...>) { return std::array{of_index(i)...}; }
-  (std::make_index_sequence<count>());
-}
 
 /// Snell's refraction of the unit `v` at the unit normal `n` (facing v), `ratio` = ior outside / inside. Nothing under
 /// total internal reflection.
@@ -61,7 +53,7 @@ void Integrator::trace(std::span<const CameraRay> rays, const DiscSampling& samp
   counters_.rays.camera += rays.size();
   PointBatch points;
   std::array<std::size_t, lane_count> lanes;
-  std::array<sampling::Key, lane_count> keys = for_each_index<lane_count>([&](std::size_t) { return rays[0].key; });
+  std::array<sampling::Key, lane_count> keys = array_of<lane_count>([&](std::size_t) { return rays[0].key; });
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!rays[i].hit) continue;
     lanes[i] = points.add(point(rays[i].ray, *rays[i].hit, 0), rays[i].pixel);

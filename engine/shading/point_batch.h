@@ -2,6 +2,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <utility>
 
 #include "engine/geometry/surface.h"
 #include "engine/sampling/patterns.h"
@@ -12,6 +13,13 @@ namespace penumbra::shading {
 /// So many points at most are lit together, each in a lane: one for each place of sampling::DiscSpirals.
 inline constexpr std::size_t lane_count = sampling::DiscSpirals::places;
 using LaneMask = std::uint32_t;  // a bit for each lane
+
+/// What `of_index` makes of each of `count` indices.
+template <std::size_t count, class OfIndex>
+auto array_of(const OfIndex& of_index) {
+  return [&]<std::size_t... i>(std::index_sequence<i...>) { return std::array{of_index(i)...}; }
+  (std::make_index_sequence<count>());
+}
 
 /// A vector in each lane.
 struct Lanes3 {

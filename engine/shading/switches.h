@@ -2,9 +2,9 @@
 
 namespace penumbra::shading {
 
-/// Parts of shading that only save time, each of which may be switched off. Without `hidden_spheres`,
-/// `shadow_bundles` or `lights_without_share`, and without `light_cells` where no light is an area light and no error
-/// is asked for, the image is the same bit by bit; else within its estimated error.
+/// Parts of shading that save time, or error for the same time, each of which may be switched off. Without
+/// `hidden_spheres`, `shadow_bundles` or `lights_without_share`, and without `light_cells` where no light is an area
+/// light and no error is asked for, the image is the same bit by bit; else within its estimated error.
 struct Switches {
   bool shadow_candidates = true;  // one query of a light's whole cone instead of a ray per sample
   bool shadow_outlines = true;    // the share of a disc that occluders hide from their outlines, not from samples
