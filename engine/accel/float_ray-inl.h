@@ -22,6 +22,27 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr float roundoff = 0x1p-24F;
 
+/// Of everything that is done to a ray's origin relative to a tree, and to the tree's coordinates, which are below
+/// `size` as is the origin's distance: vertex and origin are off by a rounding each, their difference by one more, the
+/// shear by three: at most 8 in all (|shear| ≤ 1).
+constexpr double errors_of_size = 8.5 * 0x1p-24;
+/// A ray that hardly moves along an axis is taken for one that moves 2^-40 times as fast as along its main axis: until
+/// it has left the tree that is off by less than `least_widening` of the size, and in a slab that wide it stays as long
+/// as that.
+constexpr double fastest_inverse = 0x1p40, least_widening = 0x1p-37;
+constexpr float slack = 12 * roundoff;  // of the slab test's last operations, and of the shapes' own tests
+/// Where t or a product with it would leave the range of single precision, nothing is decided in it.
+constexpr double largest_in_range = 0x1p80, smallest_in_range = 0x1p-100;
+
+/// Where in Node::bounds the planes are that a ray into an octant meets first; those it meets last are the ones of the
+/// opposite octant.
+inline const std::size_t* rows_of_octant(unsigned octant) {
+  constexpr std::size_t w = WideTree::width;
+  static constexpr std::size_t lower[8][3]{{0, w, 2 * w}, {3 * w, w, 2 * w}, {0, 4 * w, 2 * w}, {3 * w, 4 * w, 2 * w},
+                                           {0, w, 5 * w}, {3 * w, w, 5 * w}, {0, 4 * w, 5 * w}, {3 * w, 4 * w, 5 * w}};
+  return lower[octant & 7u];
+}
+
 /// A ray in single precision, relative to a tree's origin.
 struct FloatRay {
   // For boxes, by axis: where in Node::bounds the planes met first and last are, and what a plane is multiplied by and
@@ -36,6 +57,7 @@ struct FloatRay {
   float direction[3], t_of_length;
   double t_start = 0;  // the origin is that far along the ray: near the tree, where single precision is fine enough
 
+  FloatRay() = default;  ///< To be filled.
   FloatRay(const WideTree& tree, const geometry::PreparedRay& ray) {
     Vec3 from = ray.origin - tree.origin();
     double distance = math::max_component(math::abs(from));
@@ -43,13 +65,10 @@ struct FloatRay {
       start_near(tree, ray, from);
       distance = math::max_component(math::abs(from));
     }
-    // Vertex and origin are off by a rounding each, their difference by one more, the shear by three: at most 8 in all,
-    // of coordinates below reach + distance (|shear| ≤ 1).
-    error = static_cast<float>(8.5 * 0x1p-24 * (tree.reach() + distance));
-    // Where t or a product with it would leave the range of single precision, nothing is decided in it.
     const double size = tree.reach() + distance, slowest = std::fabs(ray.shear_z);
-    const bool is_in_range =
-        slowest < 0x1p80 && slowest * size < 0x1p80 && slowest > 0x1p-100 && slowest * size > 0x1p-100;
+    error = static_cast<float>(errors_of_size * size);
+    const bool is_in_range = slowest < largest_in_range && slowest * size < largest_in_range &&
+                             slowest > smallest_in_range && slowest * size > smallest_in_range;
     prepare_for_boxes(ray, from, size, is_in_range);
     axis[0] = ray.axis_x, axis[1] = ray.axis_y, axis[2] = ray.axis_z;
     shear_x = static_cast<float>(ray.shear_x), shear_y = static_cast<float>(ray.shear_y);
@@ -67,17 +86,9 @@ struct FloatRay {
  private:
   /// All coordinates are below `size`.
   void prepare_for_boxes(const geometry::PreparedRay& ray, const Vec3& from, double size, bool is_in_range) {
-    // By octant of the direction.
-    constexpr std::size_t w = WideTree::width;
-    static constexpr std::size_t lower[8][3]{{0, w, 2 * w},         {3 * w, w, 2 * w},    {0, 4 * w, 2 * w},
-                                             {3 * w, 4 * w, 2 * w}, {0, w, 5 * w},        {3 * w, w, 5 * w},
-                                             {0, 4 * w, 5 * w},     {3 * w, 4 * w, 5 * w}};
-    // A ray that hardly moves along an axis is taken for one that moves 2^-40 times as fast as along its main axis:
-    // until it has left the tree that is off by less than `least`, and in a slab that wide it stays as long as that.
-    const double fastest = 0x1p40 * std::fabs(ray.shear_z);
+    const double fastest = fastest_inverse * std::fabs(ray.shear_z);
     // A start that was moved is off by the double operations that did it.
-    const double least = 0x1p-37 * size + (t_start > 0 ? 0x1p-16 * static_cast<double>(error) : 0);
-    constexpr float slack = 12 * roundoff;  // of the slab test's last operations, and of the shapes' own tests
+    const double least = least_widening * size + (t_start > 0 ? 0x1p-16 * static_cast<double>(error) : 0);
     const hn::CappedTag<float, 4> d;
     unsigned octant = 0;
     const auto prepare = [&](auto at, auto unclamped, std::size_t first) HWY_ATTR {
@@ -109,8 +120,7 @@ struct FloatRay {
     prepare(vector(from), vector(ray.inverse), 0);
 #endif
     if (!is_in_range) std::fill_n(far_offset, 3, std::numeric_limits<float>::max());  // meets every box
-    near_row = lower[octant];
-    far_row = lower[~octant & 7u];
+    near_row = rows_of_octant(octant), far_row = rows_of_octant(~octant);
   }
 
   void start_near(const WideTree& tree, const geometry::PreparedRay& ray, Vec3& from) {

@@ -32,7 +32,4 @@ class Crossed {
   std::vector<std::uint32_t> items_;
 };
 
-/// So many rays at most go one way through a structure together.
-inline constexpr std::size_t bundle_width = 8;
-
 }  // namespace penumbra::accel

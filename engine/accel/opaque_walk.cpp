@@ -56,7 +56,7 @@ class ToOpaque {
       const std::uint32_t triangle = block.triangle[lane];
       if (triangle == self_triangle_) continue;
       const bool is_certain = (met.certain >> lane & 1u) != 0 && met.t_high[lane] < certain_limit_;
-      if (!is_certain && !crosses(walk_.triangles[triangle], walk_.ray, exact_limit_)) continue;
+      if (!is_certain && !crosses(walk_.triangles[triangle], walk_.ray(), exact_limit_)) continue;
       if (walk_.triangles.is_opaque(triangle)) return true;
       crossed_.add(walk_.triangles.item(triangle));
     }
@@ -69,7 +69,7 @@ class ToOpaque {
     return false;
   }
   bool other(std::uint32_t item) {
-    return cross_item(walk_.world, item, walk_.ray, walk_.self, exact_limit_, crossed_);
+    return cross_item(walk_.world, item, walk_.ray(), walk_.self, exact_limit_, crossed_);
   }
 
  private:
@@ -83,7 +83,7 @@ class ToOpaque {
 bool find_opaque(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                  const geometry::PreparedRay& ray, const SurfaceId& self, double limit, Crossed& crossed) {
   const FloatRay float_ray(tree, ray);
-  const Walk context{triangles, world, ray, float_ray, self};
+  const Walk context{triangles, world, ExactRay(ray), float_ray, self};
   ToOpaque visitor(context, limit, crossed);
   return walk_to_end(tree, tree.root(), float_ray, visitor);
 }
@@ -93,8 +93,7 @@ constexpr int many_rays = 5;
 
 /// Walks with the rays whose bits are set in `alive`, all of one octant; returns those that no visitor ended. One that
 /// is left alone goes on alone.
-HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay, bundle_width>& float_rays,
-                                const FloatBundle& bundle, unsigned alive,
+HWY_INLINE unsigned walk_bundle(const WideTree& tree, const FloatBundle& bundle, unsigned alive,
                                 std::array<ToOpaque, bundle_width>& visitors) {
   struct Part {
     std::uint32_t child;
@@ -109,7 +108,7 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay,
     if (rays == 0) continue;
     if (std::has_single_bit(rays)) {
       const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
-      if (walk_to_end(tree, part.child, float_rays[ray], visitors[ray])) alive &= ~rays;
+      if (walk_to_end(tree, part.child, bundle.rays[ray], visitors[ray])) alive &= ~rays;
       continue;
     }
     if (WideTree::sort_of(part.child) == WideTree::Sort::node) {
@@ -119,7 +118,7 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay,
         for (; rays != 0; rays &= rays - 1) {
           const int ray = std::countr_zero(rays);
           const auto i = static_cast<std::size_t>(ray);
-          const unsigned hits = enter<false>(node, float_rays[i], visitors[i].limit(), nullptr);
+          const unsigned hits = enter<false>(node, bundle.rays[i], visitors[i].limit(), nullptr);
           any |= hits;
           for (unsigned rest = hits; rest != 0; rest &= rest - 1) entered[std::countr_zero(rest)] |= 1u << ray;
         }
@@ -145,18 +144,17 @@ HWY_INLINE unsigned walk_bundle(const WideTree& tree, const std::array<FloatRay,
 
 unsigned find_opaque_in_bundle(const WideTree& tree, const OwnedTriangles& triangles, const World& world,
                                const Bundle& together, double limit, Crossed* crossed) {
-  const auto& rays = together.rays;
-  const std::size_t count = rays.size();
-  const auto float_rays = for_each_lane(count, [&](std::size_t i) { return FloatRay(tree, rays[i]); });
-  const auto walks = for_each_lane(count, [&](std::size_t i) {
-    return Walk{triangles, world, rays[i], float_rays[i], together.selves[i]};
+  FloatBundle bundle(tree, together);
+  const std::size_t count = together.size(), last = count - 1;
+  const auto walks = for_each_ray([&](std::size_t i) {
+    const std::size_t ray = std::min(i, last);
+    return Walk{triangles, world, ExactRay(together, ray), bundle.rays[ray], together.self(ray)};
   });
-  auto visitors = for_each_lane(count, [&](std::size_t i) { return ToOpaque(walks[i], limit, crossed[i]); });
-  FloatBundle bundle;
-  for (std::size_t i = 0; i < bundle_width; ++i) bundle.set(i, float_rays[i], visitors[i].limit());
+  auto visitors = for_each_ray([&](std::size_t i) { return ToOpaque(walks[i], limit, crossed[std::min(i, last)]); });
+  for (std::size_t i = 0; i < count; ++i) bundle.limit[i] = visitors[i].limit();
   unsigned blocked = 0;
-  for_each_octant(float_rays, count, bundle,
-                  [&](unsigned alike) { blocked |= alike & ~walk_bundle(tree, float_rays, bundle, alike, visitors); });
+  for_each_octant(bundle, count,
+                  [&](unsigned alike) { blocked |= alike & ~walk_bundle(tree, bundle, alike, visitors); });
   return blocked;
 }
 

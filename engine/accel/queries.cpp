@@ -170,20 +170,24 @@ std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit)
   return first_met(world, prepared, nearest);
 }
 
-void closest_hits(const World& world, const Bundle& bundle, std::optional<Hit>* hits) {
-  const auto [rays, selves] = bundle;
+unsigned closest_hits(const World& world, const Bundle& bundle, Hit* hits) {
   std::array<Nearest, bundle_width> nearest;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, rays[i], selves[i], nearest[i]);
-  }
+  const bool is_wide = world.structure.wide != nullptr, is_alone = !is_wide || !world.infinite_items.empty();
   const OwnedTriangles owned(world);
-  if (world.structure.wide) {
-    walk_to_nearest(*world.structure.wide, owned, world, bundle, nearest.data());
-  } else {
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      find_nearest(world.structure, owned, world, rays[i], selves[i], nearest[i]);
+  for (std::size_t i = 0; i < bundle.size() && is_alone; ++i) {
+    const PreparedRay ray = bundle.prepared(i);
+    for (const std::uint32_t item : world.infinite_items) find_in_item(world, item, ray, bundle.self(i), nearest[i]);
+    if (!is_wide) find_nearest(world.structure, owned, world, ray, bundle.self(i), nearest[i]);
   }
-  for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = first_met(world, rays[i], nearest[i]);
+  if (is_wide) walk_to_nearest(*world.structure.wide, owned, world, bundle, nearest.data());
+  unsigned met = 0;
+  for (std::size_t i = 0; i < bundle.size(); ++i) {
+    const std::span<const Hit> found = nearest[i].hits();
+    if (found.empty()) continue;
+    met |= 1u << i;
+    hits[i] = found.size() == 1 ? found.front() : *first_met(world, bundle.prepared(i), nearest[i]);
+  }
+  return met;
 }
 
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed) {
@@ -191,14 +195,15 @@ bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed
 }
 
 unsigned cross_transparent(const World& world, const Bundle& bundle, double limit, Crossed* crossed) {
-  const auto [rays, selves] = bundle;
-  unsigned through = 0;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const bool is_through = world.structure.wide ? cross_infinite(world, rays[i], selves[i], limit, crossed[i])
-                                                 : cross(world, rays[i], selves[i], limit, crossed[i]);
-    through |= is_through ? 1u << i : 0;
+  const bool is_wide = world.structure.wide != nullptr;
+  unsigned through = (1u << bundle.size()) - 1;
+  for (std::size_t i = 0; i < bundle.size() && !(is_wide && world.infinite_items.empty()); ++i) {
+    const PreparedRay ray = bundle.prepared(i);
+    const bool is_through = is_wide ? cross_infinite(world, ray, bundle.self(i), limit, crossed[i])
+                                    : cross(world, ray, bundle.self(i), limit, crossed[i]);
+    if (!is_through) through &= ~(1u << i);
   }
-  if (!world.structure.wide || through == 0) return through;
+  if (!is_wide || through == 0) return through;
   return through & ~walk_to_opaque(*world.structure.wide, OwnedTriangles(world), world, bundle, limit, crossed);
 }
 

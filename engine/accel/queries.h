@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
 #include <optional>
-#include <span>
 
+#include "engine/accel/bundle.h"
 #include "engine/accel/hit.h"
 #include "engine/accel/world.h"
 #include "engine/geometry/ray.h"
@@ -17,18 +17,15 @@ using geometry::Ray;
 /// does not depend on the structure.
 std::optional<Hit> closest_hit(const World& world, const Ray& ray, double limit = math::infinity);
 
-/// Up to bundle_width rays, and what each leaves: those that lie close together and go into one octant share most of
-/// the way through the structure.
-struct Bundle {
-  std::span<const geometry::PreparedRay> rays;
-  const SurfaceId* selves;
-};
-
-/// The same of a bundle, with a place for each ray to find.
-void closest_hits(const World& world, const Bundle& bundle, std::optional<Hit>* hits);
+/// The same of a bundle, with a place for each ray's hit. Returns those that meet something, one bit each.
+unsigned closest_hits(const World& world, const Bundle& bundle, Hit* hits);
 
 /// Position, normals and error bound at a hit of this ray.
 geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit& hit);
+
+/// The same, to the same bits, of the rays of a bundle whose bits are set in `which`.
+void surfaces_at(const World& world, const Bundle& bundle, unsigned which, const Hit* hits,
+                 geometry::SurfacePoint* points);
 
 /// Finds every crossing with 0 < t < limit of transparent items; stops and returns false at the first opaque one.
 bool cross_transparent(const World& world, const Ray& ray, double limit, Crossed& crossed);

@@ -6,6 +6,9 @@
 #define PENUMBRA_ACCEL_RAY_TESTS
 #endif
 
+#include <optional>
+
+#include "engine/accel/bundle.h"
 #include "engine/accel/float_ray-inl.h"
 #include "engine/accel/wide_walk.h"
 
@@ -160,11 +163,28 @@ HWY_INLINE bool visit_leaf(const WideTree& tree, std::uint32_t reference, Visito
   return false;
 }
 
+/// A ray as the tests in double precision need it, made when one of them is.
+class ExactRay {
+ public:
+  explicit ExactRay(const geometry::PreparedRay& ray) : given_(&ray) {}
+  ExactRay(const Bundle& bundle, std::size_t index) : bundle_(&bundle), index_(index) {}
+  const geometry::PreparedRay& operator()() const {
+    if (given_ == nullptr) given_ = &made_.emplace(bundle_->prepared(index_));
+    return *given_;
+  }
+
+ private:
+  mutable const geometry::PreparedRay* given_ = nullptr;
+  const Bundle* bundle_ = nullptr;
+  std::size_t index_ = 0;
+  mutable std::optional<geometry::PreparedRay> made_;
+};
+
 /// What a walk needs to know.
 struct Walk {
   const OwnedTriangles& triangles;
   const World& world;
-  const geometry::PreparedRay& ray;
+  ExactRay ray;
   const FloatRay& float_ray;
   const SurfaceId& self;
 };

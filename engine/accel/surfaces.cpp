@@ -1,21 +1,41 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/accel/queries.h"
+#include "engine/accel/triangle_lanes.h"
 #include "engine/accel/wide_walk.h"
 #include "engine/math/error_free.h"
 
 namespace penumbra::accel {
 namespace {
 
-geometry::SurfacePoint point_on_triangle(const TriangleSet& triangles, std::uint32_t index, const Hit& hit) {
-  geometry::SurfacePoint point = point_on(triangles[index], hit.b1, hit.b2);
-  if (triangles.normals.empty()) return point;
+/// The unit normal that a smooth mesh has there; of a flat one, `flat`.
+Vec3 shading_normal(const TriangleSet& triangles, std::uint32_t index, const Hit& hit, const Vec3& flat) {
+  if (triangles.normals.empty()) return flat;
   const auto& [a, b, c] = triangles.corners[index];
   const Vec3 sum =
       triangles.normals[a] * (1 - hit.b1 - hit.b2) + triangles.normals[b] * hit.b1 + triangles.normals[c] * hit.b2;
-  point.shading_normal = math::normalize_or(sum, point.shading_normal);
+  return math::normalize_or(sum, flat);
+}
+
+geometry::SurfacePoint point_on_triangle(const TriangleSet& triangles, std::uint32_t index, const Hit& hit) {
+  geometry::SurfacePoint point = point_on(triangles[index], hit.b1, hit.b2);
+  point.shading_normal = shading_normal(triangles, index, hit, point.normal);
   return point;
+}
+
+/// Where a triangle that is met in its own place is, if one is.
+struct TrianglePlace {
+  const TriangleSet* set = nullptr;
+  std::uint32_t index = 0;
+};
+TrianglePlace triangle_of(const World& world, const SurfaceId& surface) {
+  const Item& item = world.items[surface.item];
+  if (item.kind == Kind::patch) return {&world.triangles, item.index + surface.part};
+  if (item.kind == Kind::mesh && item.placement == no_placement)
+    return {&world.meshes[item.index].triangles, surface.part};
+  return {};
 }
 
 }  // namespace
@@ -58,6 +78,35 @@ geometry::SurfacePoint surface_at(const World& world, const Ray& ray, const Hit&
   point.normal = math::normalize(in.transposed_vector(point.normal));
   point.shading_normal = math::normalize(in.transposed_vector(point.shading_normal));
   return point;
+}
+
+void surfaces_at(const World& world, const Bundle& bundle, unsigned which, const Hit* hits,
+                 geometry::SurfacePoint* points) {
+  TriangleLanes lanes;
+  std::array<TrianglePlace, bundle_width> triangles;
+  unsigned together = 0;
+  for (std::size_t i = 0; i < bundle.size(); ++i) {
+    if ((which >> i & 1u) == 0) continue;
+    triangles[i] = triangle_of(world, hits[i].surface);
+    if (triangles[i].set == nullptr) {
+      points[i] = surface_at(world, {bundle.origin(i), bundle.direction(i), {}}, hits[i]);
+      continue;
+    }
+    const auto set = [&](std::size_t lane) {
+      lanes.set(lane, (*triangles[i].set)[triangles[i].index], hits[i].b1, hits[i].b2);
+    };
+    for (std::size_t lane = 0; lane < bundle_width && together == 0; ++lane) set(lane);
+    if (together != 0) set(i);
+    together |= 1u << i;
+  }
+  if (together == 0) return;
+  PlaceLanes places;
+  find_places(lanes, places);
+  for (std::size_t i = 0; i < bundle.size(); ++i) {
+    if ((together >> i & 1u) == 0) continue;
+    points[i] = places[i];
+    points[i].shading_normal = shading_normal(*triangles[i].set, triangles[i].index, hits[i], points[i].normal);
+  }
 }
 
 namespace {

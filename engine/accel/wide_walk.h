@@ -47,7 +47,9 @@ class Nearest {
     std::swap(*std::max_element(hits_.begin(), end, is_nearer), hits_[--count_]);
   }
 
-  std::array<Hit, capacity> hits_;
+  union {  // not set before it is used
+    std::array<Hit, capacity> hits_;
+  };
   std::size_t count_ = 0;
   double nearest_t_ = 0;
 };

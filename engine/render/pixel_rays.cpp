@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <span>
 
 namespace penumbra::render {
 namespace {
@@ -30,57 +30,37 @@ double squared_error(const Color& value, const Color& variance) {
   return channel(value.r, variance.r) + channel(value.g, variance.g) + channel(value.b, variance.b);
 }
 
-geometry::Ray PixelRays::center_ray(int column, int row, const sampling::Key& lens_key) const {
-  const sampling::Point2 lens =
-      has_lens() ? square_to_disc(sampling::CameraPattern(lens_key).sample(0).lens) : sampling::Point2{0, 0};
-  return camera_.ray(column + 0.5, row + 0.5, lens);
-}
-
-void PixelRays::trace(std::span<CameraRay> rays, const shading::DiscSampling& sampling, shading::Integrator& integrator,
-                      Sample* samples) const {
-  constexpr std::size_t width = accel::bundle_width;
-  if (has_bundles_) {
-    for (std::size_t first = 0; first < rays.size(); first += width) {
-      const auto some = rays.subspan(first, std::min(width, rays.size() - first));
-      const auto prepared = shading::array_of<width>([&](std::size_t i) {
-        const geometry::Ray& ray = some[std::min(i, some.size() - 1)].ray;
-        return geometry::PreparedRay(ray.origin, ray.direction);
-      });
-      std::array<std::optional<accel::Hit>, width> hits;
-      integrator.camera_hits(std::span(prepared).first(some.size()), hits.data());
-      for (std::size_t i = 0; i < some.size(); ++i) some[i].hit = hits[i];
-    }
-  } else {
-    for (CameraRay& ray : rays) ray.hit = accel::closest_hit(scene_.world, ray.ray);
-  }
-  integrator.trace(rays, sampling, samples);
+geometry::Ray PixelRays::center_ray(int column, int row, const sampling::Place& lens) const {
+  const sampling::Point2 through =
+      has_lens() ? square_to_disc(sampling::CameraPattern(lens.key()).sample(0).lens) : sampling::Point2{0, 0};
+  return camera_.ray(column + 0.5, row + 0.5, through);
 }
 
 void PixelRays::trace_centers(const PixelBlock& block, const shading::DiscSampling& sampling,
                               shading::Integrator& integrator, Pixel* pixels) const {
-  auto rays = shading::array_of<shading::lane_count>([&](std::size_t i) {
-    const std::size_t pixel = std::min(i, block.size() - 1);
-    const int column = block.column(pixel), row = block.row(pixel);
+  const auto places = block.places();
+  const auto rays = shading::array_of<shading::lane_count>([&](std::size_t i) {
+    const auto [column, row] = places[i];
     const sampling::Key pixel_key = key(column, row);
-    return CameraRay{center_ray(column, row, pixel_key.at(pattern_place)),
-                     {},
+    return CameraRay{center_ray(column, row, {pixel_key, pattern_place}),
                      pixel_key.at(first_sample_place),
                      {static_cast<double>(column), static_cast<double>(row)}};
   });
   std::array<Sample, shading::lane_count> samples;
-  trace(std::span(rays).first(block.size()), sampling, integrator, samples.data());
+  integrator.trace(std::span(rays).first(block.size()), sampling, samples.data());
   for (std::size_t i = 0; i < block.size(); ++i) {
     const Color& seen = samples[i].radiance;
-    pixels[i] = {seen, has_lens() ? squared_error_of_lens(block.column(i), block.row(i), seen, sampling, integrator)
+    pixels[i] = {seen, has_lens() ? squared_error_of_lens(places[i], seen, sampling, integrator)
                                   : squared_error(seen, samples[i].variance.measured)};
   }
 }
 
-double PixelRays::squared_error_of_lens(int column, int row, const Color& color, const shading::DiscSampling& sampling,
-                                        shading::Integrator& integrator) const {
-  const sampling::Key place = key(column, row).at(lens_check_place);
+double PixelRays::squared_error_of_lens(const PixelBlock::Place& pixel, const Color& color,
+                                        const shading::DiscSampling& sampling, shading::Integrator& integrator) const {
+  const auto [column, row] = pixel;
+  const sampling::Key pixel_key = key(column, row), place = pixel_key.at(lens_check_place);
   if (place.bits() % pixels_per_lens_check != 0) return 0;
-  const geometry::Ray other = center_ray(column, row, place);
+  const geometry::Ray other = center_ray(column, row, {pixel_key, lens_check_place});
   const Color apart = integrator.trace(other, sampling, place.at(first_sample_place)).radiance - color;
   return pixels_per_lens_check * squared_error(color, apart * apart * 0.5);
 }
@@ -105,7 +85,7 @@ PixelRays::CameraRay PixelRays::Several::through(const sampling::Point2& place, 
                                                  std::uint32_t index) const {
   const sampling::Point2 disc = rays_->has_lens() ? square_to_disc(lens) : sampling::Point2{0, 0};
   const double x = column_ + place.x, y = row_ + place.y;
-  return {rays_->camera_.ray(x, y, disc), {}, key_.of_sample(index), {x, y}};
+  return {rays_->camera_.ray(x, y, disc), key_.of_sample(index), {x, y}};
 }
 
 }  // namespace penumbra::render

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
-#include <optional>
-#include <span>
+#include <array>
 
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
@@ -28,15 +27,22 @@ struct PixelBlock {
   int columns() const { return (right - left + stride - 1) / stride; }
   int rows() const { return (bottom - top + stride - 1) / stride; }
   std::size_t size() const { return static_cast<std::size_t>(columns()) * static_cast<std::size_t>(rows()); }
-  /// Of the pixel `index`, row by row.
-  int column(std::size_t index) const { return middle(left, right, static_cast<int>(index) % columns()); }
-  int row(std::size_t index) const { return middle(top, bottom, static_cast<int>(index) / columns()); }
+  /// The pixels, row by row.
+  struct Place {
+    int column, row;
+  };
+  std::array<Place, shading::lane_count> places() const {
+    std::array<Place, shading::lane_count> result;
+    std::size_t count = 0;
+    for (int y = top; y < bottom; y += stride) {
+      for (int x = left; x < right; x += stride) result[count++] = {middle(x, right), middle(y, bottom)};
+    }
+    for (; count < result.size(); ++count) result[count] = result[count - 1];
+    return result;
+  }
 
  private:
-  int middle(int begin, int end, int step) const {
-    const int first = begin + step * stride;
-    return (first + std::min(first + stride, end) - 1) / 2;
-  }
+  int middle(int first, int end) const { return (first + std::min(first + stride, end) - 1) / 2; }
 };
 /// Calls use(block) for the blocks of a tile, row by row.
 template <class Use>
@@ -51,9 +57,7 @@ void for_each_block(const Canvas::Tile& tile, int stride, const Use& use) {
 /// The camera rays of pixels, and what they see. Immutable; may be shared between threads.
 class PixelRays {
  public:
-  /// With `has_bundles` some camera rays at once are followed to what they meet.
-  PixelRays(const shading::Scene& scene, const Camera& camera, std::uint64_t seed, bool has_bundles)
-      : scene_(scene), camera_(camera), seed_(seed), has_bundles_(has_bundles) {}
+  PixelRays(const Camera& camera, std::uint64_t seed) : camera_(camera), key_(seed) {}
 
   bool has_lens() const { return camera_.has_lens(); }
   /// How the variance of the mean of several samples falls with their number.
@@ -61,14 +65,11 @@ class PixelRays {
     return has_lens() ? sampling::Halves::points_through_lens : sampling::Halves::points;
   }
   sampling::Key key(int column, int row) const {
-    return sampling::Key(seed_).at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
+    return key_.at(static_cast<std::uint64_t>(row)).at(static_cast<std::uint64_t>(column));
   }
 
   using CameraRay = shading::Integrator::CameraRay;
   using Sample = shading::Integrator::Sample;
-  /// What up to shading::lane_count rays see, lit together; finds what they meet.
-  void trace(std::span<CameraRay> rays, const shading::DiscSampling& sampling, shading::Integrator& integrator,
-             Sample* samples) const;
   /// The pixels of a block, row by row, each with the one ray through its center – and through any point of the lens.
   void trace_centers(const PixelBlock& block, const shading::DiscSampling& sampling, shading::Integrator& integrator,
                      Pixel* pixels) const;
@@ -90,16 +91,14 @@ class PixelRays {
   };
 
  private:
-  geometry::Ray center_ray(int column, int row, const sampling::Key& lens_key) const;
+  geometry::Ray center_ray(int column, int row, const sampling::Place& lens) const;
   /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is
   /// added by a few of them for all.
-  double squared_error_of_lens(int column, int row, const math::Color& color, const shading::DiscSampling& sampling,
-                               shading::Integrator& integrator) const;
+  double squared_error_of_lens(const PixelBlock::Place& pixel, const math::Color& color,
+                               const shading::DiscSampling& sampling, shading::Integrator& integrator) const;
 
-  const shading::Scene& scene_;
   const Camera& camera_;
-  std::uint64_t seed_;
-  bool has_bundles_;
+  sampling::Key key_;
 };
 
 }  // namespace penumbra::render

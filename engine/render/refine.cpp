@@ -52,7 +52,7 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
       samples_per_pixel_(pass.samples_per_pixel),
       switches_(switches),
       sampling_(pass.shadow_samples),
-      rays_(scene, camera, options.seed, switches.camera_bundles) {
+      rays_(camera, options.seed) {
   sampling_.may_lean = pass.samples_per_pixel == 1;
   if (options.target_error && stride_ == 1 && samples_per_pixel_ > 1)
     refiner_.emplace(rays_, *options.target_error / math::power_of_two(options.exposure), pass.samples_per_pixel,
@@ -96,13 +96,15 @@ std::vector<Pixel> PixelSampler::sample(const Canvas::Tile& tile, const std::fun
   for_each_block(tile, stride_, [&](const PixelBlock& block) {
     if (is_stopped()) return;
     sample(block, integrator, found.data());
+    if (stride_ > 1) {
+      const auto places = block.places();
+      for (std::size_t i = 0; i < block.size(); ++i) stand_for_square(places[i], integrator, found[i]);
+    }
     const auto left = static_cast<std::size_t>((block.left - tile.left) / stride_);
     const auto top = static_cast<std::size_t>((block.top - tile.top) / stride_);
-    const auto across = static_cast<std::size_t>(block.columns());
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      if (stride_ > 1) stand_for_square(block.column(i), block.row(i), integrator, found[i]);
-      pixels[(top + i / across) * columns + left + i % across] = found[i];
-    }
+    const auto across = static_cast<std::size_t>(block.columns()), down = static_cast<std::size_t>(block.rows());
+    for (std::size_t row = 0; row < down; ++row)
+      std::copy_n(&found[row * across], across, &pixels[(top + row) * columns + left]);
   });
   return pixels;
 }
@@ -115,7 +117,8 @@ void PixelSampler::sample(const PixelBlock& block, shading::Integrator& integrat
   }
 }
 
-void PixelSampler::stand_for_square(int column, int row, shading::Integrator& integrator, Pixel& pixel) const {
+void PixelSampler::stand_for_square(const PixelBlock::Place& at, shading::Integrator& integrator, Pixel& pixel) const {
+  const auto [column, row] = at;
   const sampling::Key place = rays_.key(column, row).at(block_place);
   // Another pixel of some squares shows what it costs that one stands for all; of all of them where they are few.
   const std::uint64_t per_check = stride_ <= small_square       ? small_squares_per_check
@@ -144,16 +147,17 @@ void PixelSampler::sample_several(const PixelBlock& block, shading::Integrator& 
   // As many together as there are lanes, a pixel after the other.
   const auto each = static_cast<std::size_t>(samples_per_pixel_), all = each * block.size();
   std::vector<PixelRays::Several> several;
-  for (std::size_t i = 0; i < block.size(); ++i) several.emplace_back(rays_, block.column(i), block.row(i));
+  const auto places = block.places();
+  for (std::size_t i = 0; i < block.size(); ++i) several.emplace_back(rays_, places[i].column, places[i].row);
   std::array<sampling::Halves, shading::lane_count> halves;  // of a sequence: the first and the last samples
   std::array<PixelRays::Sample, shading::lane_count> samples;
   for (std::size_t begin = 0; begin < all; begin += shading::lane_count) {
     const std::size_t count = std::min(shading::lane_count, all - begin);
-    auto rays = shading::array_of<shading::lane_count>([&](std::size_t i) {
+    const auto rays = shading::array_of<shading::lane_count>([&](std::size_t i) {
       const std::size_t at = begin + std::min(i, count - 1);
       return several[at / each].ray(static_cast<std::uint32_t>(at % each));
     });
-    rays_.trace(std::span(rays).first(count), sampling_, integrator, samples.data());
+    integrator.trace(std::span(rays).first(count), sampling_, samples.data());
     for (std::size_t i = 0; i < count; ++i)
       halves[(begin + i) / each].add(2 * ((begin + i) % each) >= each, samples[i].radiance);
   }

@@ -55,7 +55,7 @@ class PixelSampler {
   Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
   void sample_several(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const;
   /// Finds the error of a pixel that stands for all of a square of `stride_` pixels.
-  void stand_for_square(int column, int row, shading::Integrator& integrator, Pixel& pixel) const;
+  void stand_for_square(const PixelBlock::Place& at, shading::Integrator& integrator, Pixel& pixel) const;
 
   const shading::Scene& scene_;
   const Camera& camera_;

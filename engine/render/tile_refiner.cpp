@@ -105,15 +105,14 @@ struct TileRefiner::Several {
   bool is_ending = false;
 
   void restart() { *this = {rays, place, 0, {}, {}, {}, {}, {}, 0, contrast, false}; }
-  void take_up_to(int end, const PixelRays& all, const shading::DiscSampling& sampling,
-                  shading::Integrator& integrator) {
+  void take_up_to(int end, const shading::DiscSampling& sampling, shading::Integrator& integrator) {
     std::array<PixelRays::Sample, shading::lane_count> samples;
     while (count < end) {
       const int size = std::min(static_cast<int>(shading::lane_count), end - count);
-      auto together = shading::array_of<shading::lane_count>([&](std::size_t i) {
+      const auto together = shading::array_of<shading::lane_count>([&](std::size_t i) {
         return rays.ray(static_cast<std::uint32_t>(count + std::min(static_cast<int>(i), size - 1)));
       });
-      all.trace(std::span(together).first(static_cast<std::size_t>(size)), sampling, integrator, samples.data());
+      integrator.trace(std::span(together).first(static_cast<std::size_t>(size)), sampling, samples.data());
       for (int i = 0; i < size; ++i, ++count) {
         if (count == first_half(end)) sum_of_half = sum;
         const auto& [radiance, variance] = samples[static_cast<std::size_t>(i)];
@@ -157,7 +156,7 @@ std::vector<Pixel> TileRefiner::refine(const Canvas::Tile& tile, const std::func
     for (std::size_t look = 0; look < looks_.size(); ++look) {
       for (Several& pixel : active) {
         if (is_stopped()) return pixels;
-        pixel.take_up_to(looks_[look], rays_, sampling, integrator);
+        pixel.take_up_to(looks_[look], sampling, integrator);
         around.set(pixel.place, pixel.mean(), pixel.spread());
       }
       const Trend trend = trend_of(active);
@@ -197,12 +196,12 @@ double TileRefiner::contrast_beside(Several& pixel, const shading::DiscSampling&
                                     shading::Integrator& integrator) const {
   if (!pixel.contrast) {
     pixel.contrast = 0;
-    auto rays = shading::array_of<corners_around.size()>([&](std::size_t i) {
+    const auto rays = shading::array_of<corners_around.size()>([&](std::size_t i) {
       return pixel.rays.ray_at(corners_around[i],
                                static_cast<std::uint32_t>(looks_.back()) + static_cast<std::uint32_t>(i));
     });
     std::array<PixelRays::Sample, corners_around.size()> beside;
-    rays_.trace(rays, sampling, integrator, beside.data());
+    integrator.trace(rays, sampling, beside.data());
     for (const PixelRays::Sample& sample : beside)
       pixel.contrast = std::max(*pixel.contrast, math::max_channel(squared_distance(sample.radiance, pixel.mean())));
   }

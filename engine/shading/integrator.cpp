@@ -42,31 +42,57 @@ Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSamplin
   return {value, variance_};
 }
 
-void Integrator::camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits) {
-  static constexpr std::array<accel::SurfaceId, accel::bundle_width> nothing{};
-  accel::closest_hits(scene_.world, {rays, nothing.data()}, hits);
-  if (scene_.world.structure.wide) counters_.camera_rays_bundled += rays.size() - 1;
+unsigned Integrator::meet(const accel::Bundle& rays, accel::Hit* hits, geometry::SurfacePoint* surfaces) {
+  unsigned met = 0;
+  if (settings_.switches.camera_bundles) {
+    met = accel::closest_hits(scene_.world, rays, hits);
+    accel::surfaces_at(scene_.world, rays, met, hits, surfaces);
+    if (scene_.world.structure.wide) counters_.camera_rays_bundled += rays.size() - 1;
+    return met;
+  }
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const geometry::Ray ray{rays.origin(i), rays.direction(i), {}};
+    const std::optional<accel::Hit> hit = accel::closest_hit(scene_.world, ray);
+    if (!hit) continue;
+    hits[i] = *hit, surfaces[i] = accel::surface_at(scene_.world, ray, *hit), met |= 1u << i;
+  }
+  return met;
 }
 
 void Integrator::trace(std::span<const CameraRay> rays, const DiscSampling& sampling, Sample* samples) {
+  constexpr std::size_t width = accel::bundle_width;
   sampling_ = &sampling;
   counters_.rays.camera += rays.size();
   PointBatch points;
   std::array<std::size_t, lane_count> lanes;
+  std::array<double, lane_count> distances;
   std::array<sampling::Key, lane_count> keys = array_of<lane_count>([&](std::size_t) { return rays[0].key; });
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (!rays[i].hit) continue;
-    lanes[i] = points.add(point(rays[i].ray, *rays[i].hit, 0), rays[i].pixel);
-    keys[lanes[i]] = rays[i].key;
+  unsigned met = 0;
+  accel::Bundle bundle;
+  std::array<accel::Hit, width> hits;
+  std::array<geometry::SurfacePoint, width> surfaces;
+  for (std::size_t first = 0; first < rays.size(); first += width) {
+    bundle.clear();
+    for (const CameraRay& camera : rays.subspan(first, std::min(width, rays.size() - first)))
+      bundle.add(camera.ray.origin, camera.ray.direction);
+    const unsigned now = meet(bundle, hits.data(), surfaces.data());
+    met |= now << first;
+    for_each_lane(now, [&](std::size_t i) {
+      const CameraRay& camera = rays[first + i];
+      const std::size_t lane = points.add(point(camera.ray.direction, hits[i], surfaces[i], 0), camera.pixel);
+      lanes[first + i] = lane, distances[first + i] = hits[i].t, keys[lane] = camera.key;
+    });
   }
+  points.fill_unused();
   BatchSums sums;
   const bool is_canceled = is_canceled_();
   if (!is_canceled && points.lit() != 0) light_together(points, keys.data(), sums);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    samples[i] = {rays[i].hit ? math::black : scene_.background, {}};
-    if (!rays[i].hit || is_canceled) continue;
+    const bool has_met = (met >> i & 1u) != 0;
+    samples[i] = {has_met ? math::black : scene_.background, {}};
+    if (!has_met || is_canceled) continue;
     const ShadingPoint& at = points.point(lanes[i]);
-    const Path path{0, rays[i].hit->t, math::white};
+    const Path path{0, distances[i], math::white};
     variance_ = sums.variance[lanes[i]];
     samples[i].radiance = unlit(at, path);
     if (at.material->is_lit) samples[i].radiance += sums.color[lanes[i]];
@@ -79,7 +105,7 @@ Color Integrator::radiance(const geometry::Ray& ray, const std::optional<accel::
                            const sampling::Key& key) {
   if (is_canceled_()) return math::black;
   if (!hit) return scene_.background;
-  const ShadingPoint at = point(ray, *hit, path.distance);
+  const ShadingPoint at = point(ray.direction, *hit, accel::surface_at(scene_.world, ray, *hit), path.distance);
   const Path here{path.depth, path.distance + hit->t, path.weight};
   Color result = unlit(at, path);
   if (at.material->is_lit) result += direct(at, path.weight, key);
@@ -87,15 +113,15 @@ Color Integrator::radiance(const geometry::Ray& ray, const std::optional<accel::
   return result;
 }
 
-ShadingPoint Integrator::point(const geometry::Ray& ray, const accel::Hit& hit, double distance) const {
-  ShadingPoint at;
-  at.surface = accel::surface_at(scene_.world, ray, hit);
-  at.id = hit.surface;
-  at.material = &scene_.materials[scene_.item_material[hit.surface.item]];
-  at.view = ray.direction;
-  at.facing = dot(at.surface.normal, ray.direction) > 0 ? -at.surface.normal : at.surface.normal;
-  at.footprint = settings_.pixel_width.at_camera + settings_.pixel_width.per_distance * (distance + hit.t);
-  return at;
+ShadingPoint Integrator::point(const Vec3& direction, const accel::Hit& hit, const geometry::SurfacePoint& surface,
+                               double distance) const {
+  const Vec3& normal = surface.normal;
+  return {surface,
+          hit.surface,
+          &scene_.materials[scene_.item_material[hit.surface.item]],
+          direction,
+          dot(normal, direction) > 0 ? -normal : normal,
+          settings_.pixel_width.at_camera + settings_.pixel_width.per_distance * (distance + hit.t)};
 }
 
 Color Integrator::unlit(const ShadingPoint& at, const Path& path) const {

@@ -36,17 +36,14 @@ class Integrator {
   };
   /// `ray.direction` is unit; `key` names the camera sample; every soft light gets `sampling`.
   Sample trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key);
-  /// A camera ray, what it meets, and what names the camera sample.
+  /// A camera ray, and what names the camera sample.
   struct CameraRay {
     geometry::Ray ray;
-    std::optional<accel::Hit> hit;
     sampling::Key key;
     PixelPlace pixel;
   };
   /// The same for up to lane_count of them, lit together.
   void trace(std::span<const CameraRay> rays, const DiscSampling& sampling, Sample* samples);
-  /// What up to accel::bundle_width camera rays at once meet, with a place for each to find.
-  void camera_hits(std::span<const geometry::PreparedRay> rays, std::optional<accel::Hit>* hits);
 
   const Counters& counters() const { return counters_; }
 
@@ -59,7 +56,11 @@ class Integrator {
   };
   Color radiance(const geometry::Ray& ray, const std::optional<accel::Hit>& hit, const Path& path,
                  const sampling::Key& key);
-  ShadingPoint point(const geometry::Ray& ray, const accel::Hit& hit, double distance) const;
+  /// Where a ray that has come `distance` before it starts meets a surface.
+  ShadingPoint point(const Vec3& direction, const accel::Hit& hit, const geometry::SurfacePoint& surface,
+                     double distance) const;
+  /// What some camera rays meet. Returns which meet something, one bit each.
+  unsigned meet(const accel::Bundle& rays, accel::Hit* hits, geometry::SurfacePoint* surfaces);
   Color direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key);
   /// What the surface sends out by itself, or of the ambient light.
   Color unlit(const ShadingPoint& at, const Path& path) const;

@@ -33,24 +33,30 @@ struct PixelPlace {
   double x = 0, y = 0;
 };
 
-/// Points that pixels side by side see, to be lit together. Unused lanes hold those of a lane in use.
+/// Points that pixels side by side see, to be lit together.
 class PointBatch {
  public:
+  PointBatch() {}  // what is not in use is not set
+
   /// Adds a point; there must be a lane left. Returns its lane: pixels of a square of four by four get lanes that
   /// spread the points of sampling::DiscSpirals well over the square.
   std::size_t add(const ShadingPoint& point, const PixelPlace& pixel) {
     const auto within = [](double place) { return static_cast<std::size_t>(static_cast<int>(place)) % 4; };
     std::size_t lane = lane_of_pixel[within(pixel.y)][within(pixel.x)];
     while ((used_ >> lane & 1) != 0) lane = (lane + 1) % lane_count;
-    if (used_ == 0) {
-      for (std::size_t other = 0; other < lane_count; ++other) set(other, point);
-    } else {
-      set(lane, point);
-    }
     points_[lane] = point, pixels_[lane] = pixel;
     used_ |= LaneMask{1} << lane;
     if (point.material->is_lit) lit_ |= LaneMask{1} << lane;
+    set(lane, point);
     return lane;
+  }
+  /// To be called once all are added: unused lanes then hold the point of a lane in use.
+  void fill_unused() {
+    if (used_ == 0 || used_ == all_lanes) return;
+    const ShadingPoint& any = points_[static_cast<std::size_t>(std::countr_zero(used_))];
+    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+      if ((used_ >> lane & 1) == 0) set(lane, any);
+    }
   }
   LaneMask lit() const { return lit_; }  // the material sends on some light
   const ShadingPoint& point(std::size_t lane) const { return points_[lane]; }
@@ -65,8 +71,13 @@ class PointBatch {
     position.set(lane, point.surface.position), facing.set(lane, point.facing);
     normal.set(lane, point.surface.shading_normal), view.set(lane, point.view);
   }
-  std::array<ShadingPoint, lane_count> points_;
-  std::array<PixelPlace, lane_count> pixels_;
+  static constexpr LaneMask all_lanes = (LaneMask{1} << lane_count) - 1;
+  union {
+    std::array<ShadingPoint, lane_count> points_;
+  };
+  union {
+    std::array<PixelPlace, lane_count> pixels_;
+  };
   LaneMask used_ = 0, lit_ = 0;
 };
 

@@ -3,9 +3,10 @@
 namespace penumbra::shading {
 
 /// Parts of shading that save time, or error for the same time, each of which may be switched off. Without
-/// `hidden_spheres`, `shadow_bundles` or `lights_without_share`, and without `light_cells` where no light is an area
-/// light and no error is asked for, the image is the same bit by bit; else within its estimated error.
+/// `camera_bundles`, `hidden_spheres`, `shadow_bundles` or `lights_without_share`, and without `light_cells` where no
+/// light is an area light and no error is asked for, the image is the same bit by bit; else within its estimated error.
 struct Switches {
+  bool camera_bundles = true;     // camera rays side by side are followed together to what they meet
   bool shadow_candidates = true;  // one query of a light's whole cone instead of a ray per sample
   bool shadow_outlines = true;    // the share of a disc that occluders hide from their outlines, not from samples
   bool few_rays = true;           // where few samples are asked for, rays of many points in bundles, and nothing else

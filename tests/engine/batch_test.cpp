@@ -194,6 +194,7 @@ TEST_CASE("points of different surfaces, or of different squares of the picture,
     at.material = &apart.material;
     apart.batch.add(at, {k + 2.0, 0});
   }
+  apart.batch.fill_unused();
   auto lonely = seen_by(apart, 1, [](const auto& p) { return p.x < 4 ? 0.9 : 0.1; });
   CHECK(shading::shadows::share_samples(apart.batch, apart.batch.lit(), true, lonely.data()) == 4);
 }

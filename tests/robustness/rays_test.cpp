@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "engine/accel/triangle_lanes.h"
 #include "engine/math/constants.h"
 #include "tests/robustness/kernels.h"
 #include "tests/robustness/worlds.h"
@@ -164,6 +165,12 @@ TEST_CASE("recipe 4: a direction of any length, along an axis or nearly so, find
   CHECK(different == 0);
 }
 
+#ifdef __FMA__
+constexpr double rounding = 1e-13;  // where the compiler fuses, the forms of one test differ in their last bits
+#else
+constexpr double rounding = 0;
+#endif
+
 TEST_CASE("rays in a bundle find what they find alone") {
   test::Random random(42);
   int different = 0, through = 0, crossed_items = 0, nearest = 0;
@@ -177,17 +184,16 @@ TEST_CASE("rays in a bundle find what they find alone") {
         const Vec3 target = random.in_cube(2), spread = random.in_cube(i % 3 == 0 ? 6 : 0.3);
         const double limit = i % 4 == 0 ? math::infinity : random.between(0.3, 1.5);
         const auto count = static_cast<std::size_t>(1 + random.below(accel::bundle_width));
-        std::vector<accel::SurfaceId> selves;
+        accel::Bundle bundle;
         std::vector<geometry::Ray> rays;
-        std::vector<geometry::PreparedRay> prepared;
         for (std::size_t k = 0; k < count; ++k) {
           const Vec3 from = i % 5 == 0 ? apex + random.in_cube(1e-9) : apex;
-          selves.push_back({static_cast<std::uint32_t>(random.below(100)), 0});
-          rays.push_back({from, target + spread * random.between(-1, 1) + random.in_cube(0.1) - from, selves.back()});
-          prepared.emplace_back(rays.back().origin, rays.back().direction);
+          const accel::SurfaceId self{static_cast<std::uint32_t>(random.below(100)), 0};
+          rays.push_back({from, target + spread * random.between(-1, 1) + random.in_cube(0.1) - from, self});
+          bundle.add(rays.back().origin, rays.back().direction, self);
         }
         std::array<accel::Crossed, accel::bundle_width> together;
-        const unsigned found = cross_transparent(scene.world, {prepared, selves.data()}, limit, together.data());
+        const unsigned found = cross_transparent(scene.world, bundle, limit, together.data());
         for (std::size_t k = 0; k < count; ++k) {
           accel::Crossed alone;
           const bool is_through = cross_transparent(scene.world, rays[k], limit, alone);
@@ -196,14 +202,19 @@ TEST_CASE("rays in a bundle find what they find alone") {
             ++different;
           crossed_items += is_through ? static_cast<int>(alone.sorted().size()) : 0;
         }
-        std::array<std::optional<accel::Hit>, accel::bundle_width> hits;
-        closest_hits(scene.world, {prepared, selves.data()}, hits.data());
+        std::array<accel::Hit, accel::bundle_width> hits;
+        const unsigned met = closest_hits(scene.world, bundle, hits.data());
+        std::array<geometry::SurfacePoint, accel::bundle_width> points;
+        surfaces_at(scene.world, bundle, met, hits.data(), points.data());
         for (std::size_t k = 0; k < count; ++k) {
           const auto alone = closest_hit(scene.world, rays[k]);
           nearest += alone ? 1 : 0;
-          // Where the compiler fuses, the two forms of a triangle's test may differ in the last bit of t.
-          if (hits[k].has_value() != alone.has_value() ||
-              (alone && (hits[k]->surface != alone->surface || std::fabs(hits[k]->t - alone->t) > 4e-16 * alone->t)))
+          if (((met >> k & 1) != 0) != alone.has_value()) ++different;
+          if (((met >> k & 1) == 0) || !alone) continue;
+          const geometry::SurfacePoint point = surface_at(scene.world, rays[k], *alone);
+          if (hits[k].surface != alone->surface || std::fabs(hits[k].t - alone->t) > rounding * alone->t ||
+              math::length(points[k].position - point.position) > rounding * math::length(point.position) ||
+              math::length(points[k].shading_normal - point.shading_normal) > rounding)
             ++different;
         }
       }
@@ -269,4 +280,40 @@ TEST_CASE("recipe 6: spheres far away, against long double") {
     CHECK(worst_ulp <= 4);
     CHECK(worst_radius <= 8 * 2.220446049250313e-16);
   }
+}
+
+TEST_CASE("places on triangles side by side are those of each, whatever their size") {
+  test::Random random(29);
+  int degenerate = 0, different = 0;
+  for (const std::int64_t instructions : test::kernels()) {
+    const test::Kernel kernel(instructions);
+    for (int i = 0; i < 400; ++i) {
+      accel::TriangleLanes lanes;
+      std::array<geometry::SurfacePoint, accel::bundle_width> alone;
+      for (std::size_t k = 0; k < accel::bundle_width; ++k) {
+        // From where a square is no number to where it is none but 0, with edges that are nearly or wholly alike.
+        const double size = std::ldexp(1.0, i % 3 == 0 ? 0 : random.below(1000) - 500);
+        const Vec3 a = random.in_cube(size), b = random.in_cube(size);
+        const Vec3 c =
+            i % 4 == 0 ? a + (b - a) * (i % 8 == 0 ? 1 : 1 + random.between(0, 1e-12)) : random.in_cube(size);
+        const double b1 = random.between(0, 1), b2 = random.between(0, 1 - b1);
+        lanes.set(k, {a, b, c}, b1, b2);
+        alone[k] = point_on(geometry::TriangleVertices{a, b, c}, b1, b2);
+        degenerate += alone[k].normal == Vec3{} ? 1 : 0;
+      }
+      accel::PlaceLanes places;
+      find_places(lanes, places);
+      for (std::size_t k = 0; k < accel::bundle_width; ++k) {
+        const geometry::SurfacePoint point = places[k];
+        const auto differ = [](const Vec3& x, const Vec3& y) {
+          return !(math::length(x - y) <= rounding * math::length(y));
+        };
+        if (differ(point.position, alone[k].position) || differ(point.error, alone[k].error) ||
+            differ(point.normal, alone[k].normal) || !(point.normal == point.shading_normal))
+          ++different;
+      }
+    }
+  }
+  CHECK(degenerate > 100);
+  CHECK(different == 0);
 }

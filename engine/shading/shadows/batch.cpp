@@ -124,7 +124,7 @@ bool Shadows::cast(const Rays& rays, LaneMask lanes, const Rounds& rounds) {
       add_ray(rays.batch.points.point(lane), ways[lane], disc.limit(), transmittances_[start + lane]);
     });
     taken += lane_count;
-    if (taken >= samples_between_looks && is_canceled_()) return bundled_ = 0, false;
+    if (taken >= samples_between_looks && is_canceled_()) return bundle_.clear(), false;
   }
   cast_bundle(disc.limit());
   return true;

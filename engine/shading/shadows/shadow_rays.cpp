@@ -1,8 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <span>
-#include <utility>
 
 #include "engine/shading/shadows/shadows.h"
 
@@ -45,7 +42,7 @@ Visibility Sight::sample(const DiscView& disc, const DiscSampling& sampling, con
   transmittances.resize(static_cast<std::size_t>(sampling.spiral.count()));
   std::size_t taken = 0;
   for (const int i : sampling.spiral.around()) {
-    if (++taken % samples_between_looks == 0 && shadows_.is_canceled_()) return shadows_.bundled_ = 0, Visibility{};
+    if (++taken % samples_between_looks == 0 && shadows_.is_canceled_()) return shadows_.bundle_.clear(), Visibility{};
     const auto [x, y] = sampling.spiral.point(i, turn);
     Color& seen = transmittances[static_cast<std::size_t>(i)];
     if (listed() != nullptr) {
@@ -70,25 +67,24 @@ void Shadows::add_ray(const ShadingPoint& at, const Vec3& direction, double limi
     transmittance = math::black;
     return;
   }
-  std::construct_at(&bundle_[bundled_], leave_surface(at.surface, direction), direction);
-  selves_[bundled_] = at.id;
-  of_[bundled_++] = {&at, &transmittance};
-  if (bundled_ == (switches_.shadow_bundles ? accel::bundle_width : 1)) cast_bundle(limit);
+  of_[bundle_.size()] = {&at, &transmittance};
+  bundle_.add(leave_surface(at.surface, direction), direction, at.id);
+  if (bundle_.size() == (switches_.shadow_bundles ? accel::bundle_width : 1)) cast_bundle(limit);
 }
 
 void Shadows::cast_bundle(double limit) {
-  const std::size_t size = std::exchange(bundled_, 0);
+  const std::size_t size = bundle_.size();
   if (size == 0) return;
   for (accel::Crossed& crossed : bundle_crossed_) crossed.clear();
-  const unsigned through = accel::cross_transparent(scene_.world, {std::span(bundle_).first(size), selves_.data()},
-                                                    limit, bundle_crossed_.data());
+  const unsigned through = accel::cross_transparent(scene_.world, bundle_, limit, bundle_crossed_.data());
   for (std::size_t k = 0; k < size; ++k) {
     const auto [at, transmittance] = of_[k];
     const bool is_through = (through >> k & 1) != 0;
     *transmittance = is_through ? through_items(bundle_crossed_[k].sorted()) : math::black;
-    if (is_through && dot(at->facing, bundle_[k].direction) < 0)
+    if (is_through && dot(at->facing, bundle_.direction(k)) < 0)
       *transmittance = *transmittance * at->material->transmission;
   }
+  bundle_.clear();
   counters_.rays.shadow += size;
   if (scene_.world.structure.wide) counters_.shadow_rays_bundled += size - 1;
 }

@@ -122,14 +122,12 @@ class Shadows {
   LightCells cells_;
   // Of the sight in use:
   accel::Crossed crossed_;
-  std::array<geometry::PreparedRay, accel::bundle_width> bundle_;
-  std::array<accel::SurfaceId, accel::bundle_width> selves_;
+  accel::Bundle bundle_;
   struct Sample {
     const ShadingPoint* at;
     Color* transmittance;
   };
   std::array<Sample, accel::bundle_width> of_;  // what the rays of the bundle are of
-  std::size_t bundled_ = 0;
   std::array<accel::Crossed, accel::bundle_width> bundle_crossed_;
   std::vector<Color> transmittances_;
   Candidates candidates_;
