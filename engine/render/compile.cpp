@@ -51,13 +51,13 @@ accel::Structure structure_over(const accel::TriangleSet& triangles, std::span<c
   return {std::make_shared<const accel::Tree>(acceleration, entries, grouping), nullptr, nullptr};
 }
 
-/// Whether it casts the shadow of a disc.
-bool is_disc(const scene::Light& light) {
-  return std::visit([](const auto& l) { return form_of(l) == scene::Form::disc; }, light);
-}
-
 bool is_area(const scene::Light& light) {
   return std::visit([](const auto& l) { return form_of(l) == scene::Form::area; }, light);
+}
+
+/// Whether it casts soft shadows.
+bool is_soft(const scene::Light& light) {
+  return is_area(light) || std::visit([](const auto& l) { return form_of(l) == scene::Form::disc; }, light);
 }
 
 /// Whether a tree chooses its own boxes, whatever the objects are.
@@ -133,7 +133,7 @@ class Compiler {
   Compiler(const scene::Description& description, const CompileSettings& settings)
       : description_(description),
         settings_(settings),
-        has_soft_lights_(std::ranges::any_of(description.lights, is_disc)) {
+        has_soft_lights_(std::ranges::any_of(description.lights, is_soft)) {
     for (const scene::Mesh& mesh : description.meshes)
       world_.meshes.push_back(compiled(mesh, {}, has_soft_lights_, settings));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <variant>
@@ -77,6 +78,47 @@ class Lamps {
   std::map<Key, std::uint32_t> items_;
 };
 
+/// Whether a box meets none of the scene but the item `lamp`, for certain.
+class FreeSpace {
+ public:
+  FreeSpace(const accel::World& world, std::uint32_t lamp, const Vec3& center, double radius)
+      : world_(world), lamp_(lamp), center_(center), radius_(radius * (1 + 1e-9) + 1e-12 * math::taxicab(center)) {}
+
+  bool is_free() const {
+    for (std::uint32_t i = 0; i < world_.items.size(); ++i) {
+      if (i != lamp_ && world_.items[i].kind != accel::Kind::patch && meets(world_.items[i])) return false;
+    }
+    return !meets(world_.triangles);
+  }
+
+ private:
+  bool meets(const accel::Item& item) const {
+    if (item.kind == accel::Kind::plane) {
+      const geometry::PlaneShape& plane = world_.planes[item.index];
+      return std::fabs(math::dot(plane.normal, center_ - plane.point)) <= radius_;
+    }
+    const auto box = accel::bounds_of(world_, item);
+    if (box && !meets(*box)) return false;
+    return item.kind != accel::Kind::mesh || item.placement != accel::no_placement ||
+           meets(world_.meshes[item.index].triangles);
+  }
+  bool meets(const accel::TriangleSet& triangles) const {
+    for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+      if (meets(triangles.bounds_of(i))) return true;
+    }
+    return false;
+  }
+  bool meets(const math::Bounds& box) const {
+    const Vec3 nearest = math::max(box.lower, math::min(center_, box.upper)) - center_;
+    return math::dot(nearest, nearest) <= radius_ * radius_;
+  }
+
+  const accel::World& world_;
+  std::uint32_t lamp_;
+  Vec3 center_;
+  double radius_;
+};
+
 }  // namespace
 
 std::vector<shading::Light> compile_lights(const std::vector<scene::Light>& lights, const accel::World& world,
@@ -95,11 +137,17 @@ std::vector<shading::Light> compile_lights(const std::vector<scene::Light>& ligh
   }
   std::vector<shading::Light> result;
   std::optional<Lamps> lamps;
+  constexpr std::size_t most_work = 100'000'000;  // of surfaces looked at: under a second
+  std::size_t work = 0;
   for (const scene::Light& light : kept) {
     result.push_back(std::visit([](const auto& l) { return compiled(l); }, light));
     if (auto* sphere = std::get_if<shading::SphereLight>(&result.back())) {
       if (!lamps) lamps.emplace(world);
       sphere->lamp = lamps->at(*sphere);
+      // What is not looked at does not stand free.
+      work += world.items.size() + world.triangles.size();
+      sphere->stands_free =
+          work < most_work && FreeSpace(world, sphere->lamp, sphere->center, sphere->radius).is_free();
     }
   }
   return result;

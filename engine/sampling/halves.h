@@ -29,6 +29,11 @@ class Halves {
   /// no better than q = 1.9.
   static constexpr Order chords(int count) { return {count > 8 ? 1 / 8.0 : count > 2 ? 1 / 10.0 : 0.37}; }
 
+  /// Lines across a parallelogram: corners and slivers between lines, which more of them leave, count for more.
+  static constexpr Order lines(int count) {
+    return count > 8 ? Order{1 / 3.5} : count > 4 ? Order{1 / 6.0} : chords(count);
+  }
+
   void add(bool is_second, const Color& value, double weight = 1) {
     sum_[is_second ? 1 : 0] += value * weight;
     weight_[is_second ? 1 : 0] += weight;

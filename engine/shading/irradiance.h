@@ -51,6 +51,18 @@ inline double projected_solid_angle(const std::array<Vec3, 4>& corners, const Ve
   return projected_solid_angle(clipped(above, n), n) + projected_solid_angle(clipped(above, -n), n);
 }
 
+/// Of a quadrilateral seen from the origin, `corners` in order. Van Oosterom, Strackee, "The Solid Angle of a Plane
+/// Triangle", IEEE Transactions on Biomedical Engineering 30(2), 1983.
+inline double solid_angle(const std::array<Vec3, 4>& corners) {
+  std::array<Vec3, 4> unit;
+  for (std::size_t i = 0; i < 4; ++i) unit[i] = math::normalize(corners[i]);
+  const auto of_triangle = [](const Vec3& a, const Vec3& b, const Vec3& c) {
+    return 2 * math::arc_tangent(std::fabs(math::dot(a, math::cross(b, c))),
+                                 1 + math::dot(a, b) + math::dot(b, c) + math::dot(c, a));
+  };
+  return of_triangle(unit[0], unit[1], unit[2]) + of_triangle(unit[0], unit[2], unit[3]);
+}
+
 /// |∫ n·ω dω| over a sphere with its center at `center`, seen from outside and on one side of the plane across `n`.
 inline double projected_solid_angle(const Vec3& center, double radius, const Vec3& n) {
   const double distance = math::length(center), sine = radius / distance;

@@ -43,6 +43,7 @@ struct SphereLight {
   double radius = 1;
   Color radiance;
   std::uint32_t lamp = accel::no_item;  // a sphere of the scene in the same place, which hides none of it
+  bool stands_free = false;             // for certain: no other surface reaches into it
 };
 
 using Light = std::variant<DiscLight, DistantLight, RectangleLight, SphereLight>;

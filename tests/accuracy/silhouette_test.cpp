@@ -109,7 +109,7 @@ TEST_CASE("what silhouettes and chords say is what rays say, and certain where t
       if (!(math::dot(at.facing, axis) > 0)) continue;
       const sampling::Key key = sampling::Key(7).at(static_cast<std::uint64_t>(seed));
       const auto visibility = [&](shading::shadows::Shadows& shadows, const shading::DiscSampling& samples) {
-        shading::shadows::Sight sight = shadows.aim(at, 0, {light.position, light.radius}, &samples);
+        shading::shadows::Sight sight = shadows.aim(at, 0, {light.position, light.radius}, samples);
         return sight.disc({axis, math::normalize(-axis), light.radius}, samples, {key, static_cast<std::uint64_t>(i)});
       };
       const shading::Visibility is = visibility(swept, sampling), ought = visibility(cast, dense);

@@ -78,7 +78,7 @@ int bench(const std::string& path, int edge, int grid, int rays) {
         if (!disc || !(math::dot(at.facing, disc->seen.axis) > 0)) continue;
         const sampling::Key key = sampling::Key(1).at(static_cast<std::uint64_t>(row * grid + column));
         const auto visibility = [&](shading::shadows::Shadows& shadows, const shading::DiscSampling& samples) {
-          shading::shadows::Sight sight = shadows.aim(at, i, disc->target, &samples);
+          shading::shadows::Sight sight = shadows.aim(at, i, disc->target, samples);
           return sight.disc(disc->seen, samples, {key, i});
         };
         const shading::Visibility is = visibility(classifies, few);

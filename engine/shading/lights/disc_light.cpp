@@ -36,8 +36,9 @@ Color lit_by(const DiscLight& light, const Lighting& lighting, const LightPlace&
   const Color share = filtered(arriving_at(distance, light), lobe);
   if (lighting.skip_if(math::is_black(share), &Counters::lights_without_effect)) return math::black;
   const bool is_disc = light.radius > 0;
-  shadows::Sight sight =
-      lighting.shadows.aim(at, place.index, {light.position, light.radius}, is_disc ? &lighting.sampling : nullptr);
+  const shadows::Target target{light.position, light.radius};
+  shadows::Sight sight = is_disc ? lighting.shadows.aim(at, place.index, target, lighting.sampling)
+                                 : lighting.shadows.aim(at, place.index, target, false);
   if (!is_disc) return filtered(share, sight.transmittance(towards, 1));
   return lighting.visible(share, sight.disc({towards, l, light.radius}, lighting.sampling, place.samples));
 }

@@ -14,8 +14,9 @@ Color lit_by(const DistantLight& light, const Lighting& lighting, const LightPla
   const Color share = filtered(light.intensity, lobe_towards(at, light.direction));
   if (lighting.skip_if(math::is_black(share), &Counters::lights_without_effect)) return math::black;
   const bool is_disc = light.tangent > 0;
-  shadows::Sight sight =
-      lighting.shadows.aim(at, place.index, {towards, light.tangent, true}, is_disc ? &lighting.sampling : nullptr);
+  const shadows::Target target{towards, light.tangent, true};
+  shadows::Sight sight = is_disc ? lighting.shadows.aim(at, place.index, target, lighting.sampling)
+                                 : lighting.shadows.aim(at, place.index, target, false);
   if (!is_disc) return filtered(share, sight.transmittance(towards, math::infinity));
   return lighting.visible(share, sight.disc({towards, towards, light.tangent, true}, lighting.sampling, place.samples));
 }

@@ -80,12 +80,15 @@ struct LightName {
 };
 
 /// Adds what each lit point sends to the viewer of the light. Point and spot lights, and distant ones, light all lanes
-/// at once; others one after the other.
+/// at once; area lights where they get few samples.
 void light_batch(const DiscLight& light, const BatchLighting& lighting, const LightName& name);
 void light_batch(const DistantLight& light, const BatchLighting& lighting, const LightName& name);
+void light_batch(const RectangleLight& light, const BatchLighting& lighting, const LightName& name);
+void light_batch(const SphereLight& light, const BatchLighting& lighting, const LightName& name);
+/// One of the points after the other.
 template <class Light>
-void light_batch(const Light& light, const BatchLighting& lighting, const LightName& name) {
-  for_each_lane(lighting.points.lit(), [&](std::size_t lane) {
+void light_each(const Light& light, const BatchLighting& lighting, const LightName& name, LaneMask lanes) {
+  for_each_lane(lanes, [&](std::size_t lane) {
     const LightPlace place{name.index, {lighting.keys[lane], name.samples}};
     lighting.sums.color[lane] += lit_by(light, lighting.of(lane), place);
   });

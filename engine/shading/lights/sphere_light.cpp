@@ -50,39 +50,91 @@ std::optional<double> projected(const ShadingPoint& at, const Vec3& axis, double
   return projected_solid_angle_above(axis, radius, at.facing);
 }
 
+/// A sphere light as a point sees it. The light is often shown by a sphere of the same radius, whose outside it does
+/// not light, whatever the rounding; its samples sit that much in front of it.
+struct SeenSphereLight {
+  const SphereLight& light;
+  const ShadingPoint& at;
+  Vec3 axis;
+  double lifted;
+  std::optional<sampling::SphereCone> cone;
+
+  SeenSphereLight(const SphereLight& l, const ShadingPoint& p)
+      : light(l),
+        at(p),
+        axis(l.center - p.surface.position),
+        lifted(math::gamma(32) * math::taxicab(math::abs(l.center) + math::abs(p.surface.position)) +
+               0x1p-40 * l.radius),
+        cone(sampling::cone_of_sphere(p.surface.position, l.center, l.radius)) {}
+  bool has_effect() const { return dot(at.facing, axis) > lifted - light.radius; }
+  bool is_above_horizon() const { return cone && dot(at.facing, axis) > light.radius * (1 + math::gamma(64)); }
+  std::optional<Color> exact_diffuse() const {
+    const auto integral = projected(at, axis, light.radius);
+    return integral ? std::optional(diffuse_of(at, light.radiance, *integral)) : std::nullopt;
+  }
+  /// Lines across the disc that shows it are worth as much as directions.
+  bool is_small() const { return cone && light.radius < 0.7 * cone->distance; }
+  /// The disc of the circle where the cone touches it: seen from here, all of the light.
+  shadows::SeenArea area(std::uint32_t ignored) const {
+    const double squared = (cone->distance - cone->radius) * (cone->distance + cone->radius);
+    const double depth = squared / cone->distance, radius = depth * cone->radius / std::sqrt(squared);
+    return {cone->frame.n * depth, cone->frame.u * radius, cone->frame.v * radius, true, axis, light.radius, ignored};
+  }
+  AreaPlace place(const sampling::Point2& square) const {
+    const auto [direction, distance] = place_on(light, cone, axis, square);
+    const double left = std::max(0.5, 1 - lifted / distance);
+    return {direction, direction * (distance * left), cone ? cone->solid_angle : 4 * math::pi};
+  }
+};
+
 }  // namespace
 
 Color lit_by(const SphereLight& light, const Lighting& lighting, const LightPlace& place) {
   const ShadingPoint& at = lighting.at;
-  const Vec3 axis = light.center - at.surface.position;
-  // The light is often shown by a sphere of the same radius, whose outside it does not light, whatever the rounding;
-  // its samples sit that much in front of it.
-  const double lifted = math::gamma(32) * dot(math::abs(light.center) + math::abs(at.surface.position), {1, 1, 1}) +
-                        0x1p-40 * light.radius;
-  if (!(dot(at.facing, axis) > lifted - light.radius))
-    return lighting.skip_if(true, &Counters::lights_facing_away), math::black;
-  const auto cone = sampling::cone_of_sphere(at.surface.position, light.center, light.radius);
-  Sight sight = lighting.shadows.aim(at, place.index, {light.center, light.radius});
-  const std::uint32_t ignored = lighting.switches.exact_area_lights ? light.lamp : accel::no_item;
-  const Sight::Verdict verdict = cone ? classify(*cone, sight, ignored) : Sight::Verdict::unknown;
+  const SeenSphereLight seen(light, at);
+  if (!seen.has_effect()) return lighting.skip_if(true, &Counters::lights_facing_away), math::black;
+  const bool is_exact = lighting.switches.exact_area_lights;
+  const auto exact_diffuse = [&] { return is_exact ? seen.exact_diffuse() : std::nullopt; };
+  Sight sight = lighting.shadows.aim(at, place.index, {light.center, light.radius, false, light.radius}, true);
+  const std::uint32_t ignored = is_exact ? light.lamp : accel::no_item;
+  if (const auto diffuse = light.stands_free && seen.is_small() ? exact_diffuse() : std::nullopt) {
+    const shadows::SeenArea area = seen.area(ignored);
+    if (const auto sum =
+            traced(lighting, sight, area, {*diffuse, light.radiance, seen.cone->solid_angle}, place.samples.key()))
+      return *sum;
+  }
+  const Sight::Verdict verdict = seen.cone ? classify(*seen.cone, sight, ignored) : Sight::Verdict::unknown;
   if (verdict == Sight::Verdict::dark) return lighting.skip_samples(&Counters::shadow_rays_dark), math::black;
-  const auto exact_diffuse = [&]() -> std::optional<Color> {
-    const auto integral = lighting.switches.exact_area_lights ? projected(at, axis, light.radius) : std::nullopt;
-    return integral ? std::optional(diffuse_of(at, light.radiance, *integral)) : std::nullopt;
-  };
   if (verdict == Sight::Verdict::lit && math::is_black(at.material->specular)) {
-    if (const auto exact = exact_diffuse()) return lighting.skip_samples(&Counters::area_samples_exact), *exact;
+    if (const auto diffuse = exact_diffuse()) return lighting.skip_samples(&Counters::area_samples_exact), *diffuse;
   }
   const sampling::Key key = place.samples.key();
   const auto sample = [&](std::uint32_t i) -> AreaSample {
-    const auto [direction, distance] = place_on(light, cone, axis, sampling::sobol_owen(i, key));
+    const auto [direction, way, solid_angle] = seen.place(sampling::sobol_owen(i, key));
     if (!is_on_viewers_side(at, direction)) return {};
-    const double solid_angle = cone ? cone->solid_angle : 4 * math::pi;
-    const double left = std::max(0.5, 1 - lifted / distance);
-    return lit_sample(at, sight, verdict, light.radiance * (solid_angle / math::pi), direction,
-                      direction * (distance * left));
+    return lit_sample(at, sight, verdict, light.radiance * (solid_angle / math::pi), direction, way);
   };
   return averaged(lighting, key.sample(), sample, exact_diffuse);
+}
+
+void light_batch(const SphereLight& light, const BatchLighting& lighting, const LightName& name) {
+  if (!FewSamples::are_switched_on(lighting.switches)) return light_each(light, lighting, name, lighting.points.lit());
+  FewSamples few(lighting, name, light.radiance);
+  LaneMask others = 0;
+  for_each_lane(lighting.points.lit(), [&](std::size_t lane) {
+    const SeenSphereLight seen(light, lighting.points.point(lane));
+    const bool is_few = FewSamples::are_enough(lighting.sampling, light.radius, math::length(seen.axis));
+    const auto integral =
+        is_few && seen.has_effect() && seen.cone ? projected(seen.at, seen.axis, light.radius) : std::nullopt;
+    if (integral && *integral > 0) {
+      few.add(lane, *integral, seen.is_above_horizon(),
+              [&](const sampling::Point2& square) { return seen.place(square); });
+    } else {
+      others |= LaneMask{1} << lane;
+    }
+  });
+  few.add_visible();
+  light_each(light, lighting, name, others);
 }
 
 }  // namespace penumbra::shading

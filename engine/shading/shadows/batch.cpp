@@ -8,7 +8,8 @@ namespace penumbra::shading::shadows {
 namespace {
 
 /// Of the samples of a batch, those that are taken first: one of each point at least. So many at least have to agree.
-constexpr std::size_t samples_per_first = 4, least_first = 4;
+/// Area lights are often wide, and hidden by a little over much of the picture.
+constexpr std::size_t samples_per_first = 4, samples_per_first_of_area = 2, least_first = 4;
 
 /// Neither lit nor dark, beyond rounding.
 bool is_partly(const Color& seen) {
@@ -34,16 +35,16 @@ void Shadows::see(const SeenBatch& batch, const DiscSampling& sampling, Visibili
     const SeenDisc disc{batch.disc.axis[lane], batch.target.is_infinite ? batch.disc.axis[lane] : batch.l[lane],
                         batch.radius, batch.target.is_infinite};
     seen[lane] =
-        aim(batch.points.point(lane), batch.light, batch.target, &sampling).disc(disc, sampling, batch.place(lane));
+        aim(batch.points.point(lane), batch.light, batch.target, sampling).disc(disc, sampling, batch.place(lane));
     // What many samples show as lit or dark is, whether or not that is known for certain.
     if (is_partly(seen[lane].mean)) partly |= LaneMask{1} << lane;
   });
-  if (sampling.may_lean) share(batch, partly, false, seen);
+  if (sampling.may_lean) share(batch.points, partly, false, seen);
 }
 
-void Shadows::share(const SeenBatch& batch, LaneMask lanes, bool is_one_pattern, Visibility* seen) {
+void Shadows::share(const PointBatch& points, LaneMask lanes, bool is_one_pattern, Visibility* seen) {
   if (switches_.shared_samples && lanes != 0)
-    counters_.lights_from_neighbours += share_samples(batch.points, lanes, is_one_pattern, seen);
+    counters_.lights_from_neighbours += share_samples(points, lanes, is_one_pattern, seen);
 }
 
 void Shadows::see_points(const SeenBatch& batch, Visibility* seen) {
@@ -57,35 +58,72 @@ void Shadows::see_points(const SeenBatch& batch, Visibility* seen) {
 }
 
 void Shadows::see_few(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen) {
-  const auto points = static_cast<std::size_t>(std::popcount(batch.lanes));
-  const std::size_t count = sampling.few->count(), all = count * lane_count;
-  counters_.lights_from_few_rays += points;
+  const auto name = static_cast<std::size_t>(std::countr_zero(batch.lanes));
+  const sampling::DiscSpiral::Turn turn = sampling::DiscSpiral::turn(batch.place(name).key());
+  sampling::DiscSpirals::Points points;
+  Lanes3 ways;
+  const auto ways_of = [&](std::size_t round) -> const Lanes3& {
+    sampling.few->points(round, turn, points);
+    find_ways(batch.disc, points, ways);
+    return ways;
+  };
+  see_few({batch.points, batch.lanes, batch.lanes & whole_above_horizon(batch.points, batch.disc),
+           sampling.few->count(), batch.disc.limit(), sampling.may_lean},
+          ways_of, seen);
+}
+
+void Shadows::see(const SeenSamples& samples, Visibility* seen) {
+  see_few(
+      {samples.points, samples.lanes, samples.whole, samples.ways.size(), 1, samples.may_lean, samples.weights},
+      [&](std::size_t round) -> const Lanes3& { return samples.ways[round]; }, seen);
+}
+
+template <class WaysOf>
+void Shadows::see_few(const Few& few, const WaysOf& ways_of, Visibility* seen) {
+  const std::size_t count = few.count, all = count * lane_count;
+  counters_.lights_from_few_rays += static_cast<Count>(std::popcount(few.lanes));
   transmittances_.resize(all);
-  const std::size_t name = static_cast<std::size_t>(std::countr_zero(batch.lanes));
-  const Rays rays{batch, sampling, sampling::DiscSpiral::turn(batch.place(name).key())};
-  // A disc that the horizon cuts is neither lit nor dark, whatever some samples say.
-  const LaneMask whole = batch.lanes & whole_above_horizon(batch.points, batch.disc), cut = batch.lanes & ~whole;
+  // A light that the horizon cuts is neither lit nor dark, whatever some samples say.
+  const LaneMask whole = few.whole, cut = few.lanes & ~whole;
   const auto wholes = static_cast<std::size_t>(std::popcount(whole));
   First first{};
-  LaneMask rest = batch.lanes;
-  const std::size_t end_of_first = std::max(lane_count, all / samples_per_first);
-  if (switches_.agreeing_rays && sampling.may_lean && wholes >= least_first) {
-    if (!cast(rays, whole, {0, end_of_first})) return;
+  LaneMask rest = few.lanes;
+  const std::size_t per_first = few.weights == nullptr ? samples_per_first : samples_per_first_of_area;
+  const std::size_t end_of_first = std::max(lane_count, all / per_first);
+  if (switches_.agreeing_rays && few.may_lean && wholes >= least_first) {
+    if (!cast(few, whole, {0, end_of_first}, ways_of)) return;
     first = told_by(whole, end_of_first);
     if (first.agree()) {
       const double off = 0.5 / (static_cast<double>(first.count) + 1);
       const Visibility agreed{first.lit > 0 ? math::white : math::black, {{}, math::grey(off * off)}, false};
-      for_each_lane(whole, [&](std::size_t lane) { seen[lane] = agreed; });
+      for_each_lane(whole, [&](std::size_t lane) {
+        seen[lane] = agreed;
+        for (std::size_t i = lane; i < all; i += lane_count) transmittances_[i] = agreed.mean;
+      });
       counters_.shadow_rays_agreed += wholes * count - first.count;
       rest = cut;
     }
-    if (!cast(rays, cut, {0, end_of_first}) || !cast(rays, rest, {end_of_first, all})) return;
-  } else if (!cast(rays, rest, {0, all})) {
+    if (!cast(few, cut, {0, end_of_first}, ways_of) || !cast(few, rest, {end_of_first, all}, ways_of)) return;
+  } else if (!cast(few, rest, {0, all}, ways_of)) {
     return;
   }
-  for_each_lane(rest, [&](std::size_t lane) { seen[lane] = mean_of(&transmittances_[lane], count, lane_count); });
-  if (sampling.may_lean) share(batch, rest & whole, true, seen);
+  const Weights weights = weights_of(few, rest);
+  for_each_lane(rest, [&](std::size_t lane) {
+    seen[lane] = mean_of(lane, count, lane_count, weights.of != nullptr ? &weights : nullptr);
+  });
+  if (few.may_lean) share(few.points, rest & whole, true, seen);
   if (first.nearly_agree()) note_missed(whole, count, first, seen);
+}
+
+Shadows::Weights Shadows::weights_of(const Few& few, LaneMask lanes) const {
+  if (few.weights == nullptr) return {nullptr, {}};
+  Color sum;
+  double weight = 0;
+  for_each_lane(lanes, [&](std::size_t lane) {
+    for (std::size_t i = lane; i < few.count * lane_count; i += lane_count)
+      sum += transmittances_[i] * few.weights[i], weight += few.weights[i];
+  });
+  return {few.weights, weight > 0 ? sum * (1 / weight) : math::white};
 }
 
 void Shadows::note_missed(LaneMask lanes, std::size_t count, const First& first, Visibility* seen) const {
@@ -109,24 +147,21 @@ void Shadows::note_missed(LaneMask lanes, std::size_t count, const First& first,
   for_each_lane(lanes, [&](std::size_t lane) { seen[lane].missed = missed; });
 }
 
-bool Shadows::cast(const Rays& rays, LaneMask lanes, const Rounds& rounds) {
+template <class WaysOf>
+bool Shadows::cast(const Few& few, LaneMask lanes, const Rounds& rounds, const WaysOf& ways_of) {
   if (lanes == 0) return true;
-  sampling::DiscSpirals::Points points;
-  Lanes3 ways;
-  const DiscBatch& disc = rays.batch.disc;
   std::size_t taken = 0;
   for (std::size_t begin = rounds.begin, end; begin < rounds.end; begin = end) {
     const std::size_t round = begin / lane_count, start = round * lane_count;
     end = std::min(rounds.end, start + lane_count);
-    rays.sampling.few->points(round, rays.turn, points);
-    find_ways(disc, points, ways);
+    const Lanes3& ways = ways_of(round);
     for_each_lane(lanes & ~lanes_below(begin - start) & lanes_below(end - start), [&](std::size_t lane) {
-      add_ray(rays.batch.points.point(lane), ways[lane], disc.limit(), transmittances_[start + lane]);
+      add_ray(few.points.point(lane), ways[lane], few.limit, transmittances_[start + lane]);
     });
     taken += lane_count;
     if (taken >= samples_between_looks && is_canceled_()) return bundle_.clear(), false;
   }
-  cast_bundle(disc.limit());
+  cast_bundle(few.limit);
   return true;
 }
 

@@ -44,6 +44,7 @@ class Candidates::Search {
         found_.is_dark_ = true;
         return;
       }
+      std::erase_if(found_.spheres_, [&](const SeenSphere& sphere) { return sphere.item == ignored_; });
       if (end_if_too_many()) return;
       if (!leaves_self_ && outline->spheres.contains(self_.item) && add(self_.item)) return;
       found_.has_opaque_triangles_ = found_.has_opaque_triangles_ || outline->has_triangles;
@@ -292,8 +293,8 @@ void Candidates::gather(const World& world, const Shaft& shaft, const SurfaceId&
 
 void Candidates::gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection,
                                     const SurfaceId& self, bool leaves_self, const CellContents* among,
-                                    std::size_t most_edges) {
-  Search(world, self, leaves_self, no_item, &projection, most_edges, *this).collect(shaft, among);
+                                    std::size_t most_edges, std::uint32_t ignored) {
+  Search(world, self, leaves_self, ignored, &projection, most_edges, *this).collect(shaft, among);
 }
 
 }  // namespace penumbra::shading::shadows

@@ -36,7 +36,8 @@ class Candidates {
   /// 2005. Opaque spheres that are neither placed nor `self` are not in the list but in `spheres`. More edges than
   /// `most_edges` are of no use.
   void gather_silhouettes(const World& world, const Shaft& shaft, const Projection& projection, const SurfaceId& self,
-                          bool leaves_self, const CellContents* among = nullptr, std::size_t most_edges = 16384);
+                          bool leaves_self, const CellContents* among = nullptr, std::size_t most_edges = 16384,
+                          std::uint32_t ignored = accel::no_item);
 
   std::span<const Candidate> list() const { return list_; }
   std::span<const SeenSphere> spheres() const { return spheres_; }

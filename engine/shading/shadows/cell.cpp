@@ -56,8 +56,8 @@ bool misses(const HalfSpaces& region, const World& world, const Item& item) {
   return box && region.miss(*box);
 }
 
-/// Ends the region behind the target and the viewpoints, and limits it to what lies before the target's middle, as all
-/// viewpoints see it. The region's base is the middle of the viewpoints.
+/// Ends the region behind the target and the viewpoints, and limits it to what lies before the target's middle, or
+/// its lead, as all viewpoints see it. The region's base is the middle of the viewpoints.
 void add_ends(HalfSpaces& region, const Target& target, const RoundCell& viewpoints) {
   if (target.is_infinite) return;
   const Vec3 way = target.center - viewpoints.center;
@@ -69,7 +69,7 @@ void add_ends(HalfSpaces& region, const Target& target, const RoundCell& viewpoi
   for (const double u : {-tangent, tangent}) {
     for (const double v : {-tangent, tangent}) {
       const Vec3 outward = frame.n + frame.u * u + frame.v * v;
-      region.add_limit(outward, dot(outward, way));
+      region.add_limit(outward, dot(outward, way) - target.lead * math::length(outward));
     }
   }
 }

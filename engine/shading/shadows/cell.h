@@ -35,6 +35,7 @@ struct Target {
   Vec3 center;
   double radius = 0;
   bool is_infinite = false;
+  double lead = 0;  // outlines are of what lies so far before the middle, as seen from everywhere in a cell
 };
 
 /// What the opaque triangles between a cell and a target may show of a silhouette, and the spheres there.

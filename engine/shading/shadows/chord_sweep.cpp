@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/math/constants.h"
 #include "engine/math/elementary.h"
 #include "engine/shading/shadows/cover_chords.h"
 
@@ -19,13 +20,6 @@ using sampling::Point2;
 constexpr double shortest_part = 1e-9;
 // Of the disc's radius: less of an edge in sight does not turn the chords.
 constexpr double noticeable = 1e-4;
-
-Point2 in_plane(const Vec3& p) {
-  const double inverse = 1 / p.z;
-  return {p.x * inverse, p.y * inverse};
-}
-
-Point2 at(const Vec3& a, const Vec3& b, double t) { return in_plane(a + (b - a) * t); }
 
 Point2 turned_point(const Point2& p, const Point2& along, const Point2& across) {
   return {p.x * along.x + p.y * along.y, p.x * across.x + p.y * across.y};
@@ -56,6 +50,10 @@ void clip_to_hyperbola(double a, double b, double c, double& begin, double& end)
 
 }  // namespace
 
+Point2 ChordSweep::Frame::at(double offset, double place) const {
+  return {offset * across.x + place * along.x, offset * across.y + place * along.y};
+}
+
 Linear ChordSweep::Frame::turned(const Linear& f) const {
   return {f.a, f.b * across.x + f.c * across.y, f.b * along.x + f.c * along.y};
 }
@@ -70,30 +68,6 @@ Quadratic ChordSweep::Frame::turned(const Quadratic& q) const {
           form(across, across),
           form(across, along),
           form(along, along)};
-}
-
-void ChordSweep::clip(std::span<const SilhouetteEdge> silhouette) {
-  edges_.clear();
-  const auto is_inside = [](const Vec3& p) { return p.z > 0 && p.x * p.x + p.y * p.y < p.z * p.z; };
-  for (const SilhouetteEdge& edge : silhouette) {
-    const Vec3 &a = edge.from, &b = edge.to;
-    const bool from_inside = is_inside(a), to_inside = is_inside(b);
-    if (from_inside && to_inside) {
-      edges_.push_back({in_plane(a), in_plane(b), false, false, edge.jump, edge.place});
-      continue;
-    }
-    const RimMeetings rim = meet_rim(a, b);
-    if (!rim.exist) continue;
-    if (from_inside) {
-      const double t = rim.first > 0 ? rim.first : rim.second;
-      edges_.push_back({in_plane(a), at(a, b, std::clamp(t, 0.0, 1.0)), false, true, edge.jump, edge.place});
-    } else if (to_inside) {
-      const double t = rim.second < 1 ? rim.second : rim.first;
-      edges_.push_back({at(a, b, std::clamp(t, 0.0, 1.0)), in_plane(b), true, false, edge.jump, edge.place});
-    } else if (rim.first > 0 && rim.second < 1 && is_inside(a + (b - a) * (0.5 * (rim.first + rim.second)))) {
-      edges_.push_back({at(a, b, rim.first), at(a, b, rim.second), true, true, edge.jump, edge.place});
-    }
-  }
 }
 
 /// Chords cross an edge at right angles best. The direction that most edges in sight agree on is the main axis of the
@@ -127,24 +101,43 @@ ChordSweep::Frame ChordSweep::choose_frame(std::span<const DiscCover> covers, do
   return {{-s, c}, {c, s}};
 }
 
-void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) {
-  count_ = static_cast<std::size_t>(chords.count());
+void ChordSweep::set_count(std::size_t count) {
+  count_ = count;
   if (chords_.size() < count_) chords_.resize(count_);
   open_count_ = 0;
   const std::size_t padded = (count_ + 3) / 4 * 4;
-  if (offset_.size() != padded) {
-    for (std::vector<double>* lanes : {&offset_, &open_begin_, &open_end_, &cover_begin_, &cover_end_})
-      lanes->assign(padded, 0);
-    cover_hits_.assign((padded + 7) / 8, 0);
-  }
+  if (offset_.size() == padded) return;
+  for (std::vector<double>* lanes : {&offset_, &open_begin_, &open_end_, &cover_begin_, &cover_end_})
+    lanes->assign(padded, 0);
+  cover_hits_.assign((padded + 7) / 8, 0);
+}
+
+void ChordSweep::place(std::size_t index, const Place& at) {
+  Chord& chord = chords_[index];
+  chord.half_length = at.half_length, chord.weight = at.weight, chord.depth = 0;
+  chord.begin = at.begin, chord.end = at.end;
+  open_count_ += at.begin < at.end ? 1 : 0;
+  offset_[index] = at.offset, open_begin_[index] = at.begin, open_end_[index] = at.end;
+  chord.crossings.clear(), chord.opaque.clear(), chord.clear.clear();
+}
+
+void ChordSweep::place_chords(const sampling::DiscChords& chords, double shift) {
+  set_count(static_cast<std::size_t>(chords.count()));
   const sampling::DiscChords::Shift shifted = chords.shifted(shift);
   for (std::size_t k = 0; k < count_; ++k) {
     const auto [offset, half_length, weight] = chords.chord(chords.count() - 1 - static_cast<int>(k), shifted);
-    Chord& chord = chords_[k];
-    chord.half_length = half_length, chord.weight = weight, chord.depth = 0;
-    open_count_ += half_length > 0 ? 1 : 0;
-    offset_[k] = offset, open_begin_[k] = -half_length, open_end_[k] = half_length;
-    chord.crossings.clear(), chord.opaque.clear(), chord.clear.clear();
+    place(k, {offset, half_length, weight, -half_length, half_length});
+  }
+}
+
+void ChordSweep::place_lines(const sampling::DiscChords& chords, const Frame& frame, double shift) {
+  set_count(static_cast<std::size_t>(chords.count()));
+  const double reach = half_square * (std::fabs(frame.across.x) + std::fabs(frame.across.y));
+  const double width = 2 * reach / static_cast<double>(count_);
+  for (std::size_t k = 0; k < count_; ++k) {
+    const double offset = (static_cast<double>(k) + shift) * width - reach;
+    const auto [begin, end] = frame.across_square(offset);
+    place(k, {offset, 1, width, begin, std::max(begin, end)});
   }
 }
 
@@ -160,6 +153,13 @@ std::size_t ChordSweep::first_chord_from(double offset) const {
   return static_cast<std::size_t>(std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(count_), offset) - begin);
 }
 
+/// Whether a chord begins at this point of the rim, rather than ends there.
+bool ChordSweep::begins_at(const Point2& rim, const Frame& frame) const {
+  if (region_ == Region::disc) return rim.x < 0;
+  const Span chord = frame.across_square(rim.y);
+  return rim.x < 0.5 * (chord.begin + chord.end);
+}
+
 void ChordSweep::add(const Edge& edge, const Frame& frame) {
   Point2 a = turned_point(edge.from, frame.along, frame.across), b = turned_point(edge.to, frame.along, frame.across);
   bool enters = edge.enters, leaves = edge.leaves;
@@ -171,11 +171,11 @@ void ChordSweep::add(const Edge& edge, const Frame& frame) {
     const double slope = (b.x - a.x) / (b.y - a.y);
     for (std::size_t k = begin; k < end; ++k) chords_[k].crossings.push_back({a.x + (offset_[k] - a.y) * slope, jump});
   }
-  // Where an edge pierces the left half of the rim, chords above begin on its other side.
-  if (enters && a.x < 0) {
+  // Where an edge pierces the rim on the left, chords above begin on its other side.
+  if (enters && begins_at(a, frame)) {
     for (std::size_t k = begin; k < count_; ++k) chords_[k].depth -= jump;
   }
-  if (leaves && b.x < 0) {
+  if (leaves && begins_at(b, frame)) {
     for (std::size_t k = end; k < count_; ++k) chords_[k].depth += jump;
   }
 }
@@ -225,19 +225,19 @@ void ChordSweep::hide_behind_triangles() {
     std::sort(chord.crossings.begin(), chord.crossings.end(),
               [](const Crossing& a, const Crossing& b) { return a.at != b.at ? a.at < b.at : a.jump < b.jump; });
     int depth = chord.depth;
-    double from = -chord.half_length;
+    double from = chord.begin;
     const double shortest = shortest_part * chord.half_length;
     for (Crossing& crossing : chord.crossings) {
-      crossing.at = std::clamp(crossing.at, -chord.half_length, chord.half_length);
+      crossing.at = std::clamp(crossing.at, chord.begin, chord.end);
       if (crossing.at - from > shortest) least = std::min(least, depth);
       depth += crossing.jump, from = crossing.at;
     }
-    if (chord.half_length - from > shortest) least = std::min(least, depth);
+    if (chord.end - from > shortest) least = std::min(least, depth);
   }
   for (std::size_t k = 0; k < count_; ++k) {
     Chord& chord = chords_[k];
     int depth = chord.depth;
-    double from = -chord.half_length;
+    double from = chord.begin;
     const auto hide_until = [&](double end) {
       if (depth > least && end > from) hide(k, {from, end, nullptr});
       from = end;
@@ -246,82 +246,116 @@ void ChordSweep::hide_behind_triangles() {
       hide_until(crossing.at);
       depth += crossing.jump;
     }
-    hide_until(chord.half_length);
+    hide_until(chord.end);
   }
 }
 
-void ChordSweep::light(std::size_t index, const Frame& frame, OpenPlace& longest) {
-  Chord& chord = chords_[index];
-  Color sum;
-  const auto add_open = [&](double begin, double end) {
-    if (end - begin > longest.length) {
-      const double middle = 0.5 * (begin + end);
-      longest = {offset_[index] * frame.across.x + middle * frame.along.x,
-                 offset_[index] * frame.across.y + middle * frame.along.y, end - begin};
-    }
-    if (chord.clear.empty()) {
-      sum += math::grey(end - begin);
-      return;
-    }
+template <class Use>
+void ChordSweep::for_each_open(std::size_t index, const Use& use) const {
+  double open_from = open_begin_[index];
+  for (const Interval& interval : chords_[index].opaque) {
+    const double open_until = std::min(interval.begin, open_end_[index]);
+    if (open_until > open_from) use(open_from, open_until);
+    open_from = std::max(open_from, interval.end);
+  }
+  if (open_from < open_end_[index]) use(open_from, open_end_[index]);
+}
+
+template <class Use>
+void ChordSweep::for_each_tinted(std::size_t index, const Use& use) const {
+  const std::vector<Interval>& clear = chords_[index].clear;
+  for_each_open(index, [&](double begin, double end) {
+    if (clear.empty()) return use(begin, end, math::white);
     // Between two neighbouring ends of intervals the product of transmittances is constant.
     for (double place = begin; place < end;) {
       double next = end;
       Color product = math::white;
-      for (const Interval& interval : chord.clear) {
+      for (const Interval& interval : clear) {
         if (interval.begin > place) next = std::min(next, interval.begin);
         if (interval.begin <= place && place < interval.end) {
           next = std::min(next, interval.end);
           product = product * interval.cover->transmittance;
         }
       }
-      sum += product * (next - place);
+      use(place, next, product);
       place = next;
     }
-  };
-  std::sort(chord.opaque.begin(), chord.opaque.end(),
-            [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
-  double open_from = open_begin_[index];
-  for (const Interval& interval : chord.opaque) {
-    const double open_until = std::min(interval.begin, open_end_[index]);
-    if (open_until > open_from) add_open(open_from, open_until);
-    open_from = std::max(open_from, interval.end);
-  }
-  if (open_from < open_end_[index]) add_open(open_from, open_end_[index]);
-  chord.lit = sum * (1 / (2 * chord.half_length));
+  });
 }
 
-sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers, std::span<const SilhouetteEdge> silhouette,
-                                       bool has_triangles, const sampling::DiscChords& chords, double turn,
-                                       double shift, const Probe& probe) {
-  clip(silhouette);
-  is_certain_ = edges_.empty() && std::ranges::all_of(covers, &DiscCover::is_whole);
-  sampling::Halves halves;
-  if (is_certain_) {
-    Color all = math::white;
-    for (const DiscCover& cover : covers) all = all * (cover.is_opaque ? math::black : cover.transmittance);
-    if (has_triangles && !math::is_black(all) && !probe(0, 0)) all = math::black;
-    halves.add(false, all), halves.add(true, all);
-    return halves;
-  }
-  // In scene order, whatever structure found them: sums round the same way. Those of a cell come in order.
-  if (!std::ranges::is_sorted(edges_, {}, &Edge::place)) std::ranges::sort(edges_, {}, &Edge::place);
-  const Frame frame = choose_frame(covers, turn);
-  place_chords(chords, shift);
+bool ChordSweep::hide_all(std::span<const DiscCover> covers, bool has_triangles, const Frame& frame,
+                          const Probe& probe) {
   for (const Edge& edge : edges_) add(edge, frame);
   for (const DiscCover& cover : covers) {
     if (open_count_ == 0) break;
     add(cover, frame);
   }
   if (has_triangles) hide_behind_triangles();
-  OpenPlace longest;
+  double longest = 0, offset = 0, middle = 0;
   for (std::size_t k = 0; k < count_; ++k) {
-    if (chords_[k].half_length > 0) light(k, frame, longest);
+    std::sort(chords_[k].opaque.begin(), chords_[k].opaque.end(),
+              [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
+    for_each_open(k, [&](double begin, double end) {
+      if (end - begin > longest) longest = end - begin, offset = offset_[k], middle = 0.5 * (begin + end);
+    });
   }
-  const bool is_dark = longest.length == 0 || (has_triangles && !probe(longest.x, longest.y));
+  const Point2 place = frame.at(offset, middle);
+  return longest > 0 && (!has_triangles || probe(place.x, place.y));
+}
+
+sampling::Halves ChordSweep::integrate(std::span<const DiscCover> covers, std::span<const SilhouetteEdge> silhouette,
+                                       bool has_triangles, const sampling::DiscChords& chords, double turn,
+                                       double shift, const Probe& probe) {
+  sampling::Halves halves;
+  if (find_edges(Region::disc, covers, silhouette)) {
+    const Color all = behind_all(covers, has_triangles, probe);
+    halves.add(false, all), halves.add(true, all);
+    return halves;
+  }
+  const Frame frame = choose_frame(covers, turn);
+  place_chords(chords, shift);
+  const bool is_dark = !hide_all(covers, has_triangles, frame, probe);
   for (std::size_t k = 0; k < count_; ++k) {
-    if (chords_[k].half_length > 0) halves.add(k % 2 == 1, is_dark ? math::black : chords_[k].lit, chords_[k].weight);
+    if (!(chords_[k].half_length > 0)) continue;
+    Color sum;
+    if (!is_dark) {
+      for_each_tinted(k, [&](double begin, double end, const Color& product) { sum += product * (end - begin); });
+      sum = sum * (1 / (2 * chords_[k].half_length));
+    }
+    halves.add(k % 2 == 1, sum, chords_[k].weight);
   }
   return halves;
+}
+
+Color ChordSweep::behind_all(std::span<const DiscCover> covers, bool has_triangles, const Probe& probe) const {
+  Color all = math::white;
+  for (const DiscCover& cover : covers) all = all * (cover.is_opaque ? math::black : cover.transmittance);
+  return has_triangles && !math::is_black(all) && !probe(0, 0) ? math::black : all;
+}
+
+void ChordSweep::trace(Region region, std::span<const DiscCover> covers, std::span<const SilhouetteEdge> silhouette,
+                       bool has_triangles, const sampling::DiscChords& chords, double turn, double shift,
+                       const Probe& probe) {
+  lines_.clear(), open_parts_.clear();
+  const Color all = find_edges(region, covers, silhouette) ? behind_all(covers, has_triangles, probe) : math::black;
+  const Frame frame = choose_frame(covers, turn);
+  region == Region::disc ? place_chords(chords, shift) : place_lines(chords, frame, shift);
+  const bool is_dark = is_certain_ || !hide_all(covers, has_triangles, frame, probe);
+  for (std::size_t k = 0; k < count_; ++k) {
+    const Chord& chord = chords_[k];
+    const double length = chord.end - chord.begin;
+    if (!(length > 0)) continue;
+    // A chord's weight is its share of the disc, π in all.
+    lines_.push_back({frame.at(offset_[k], chord.begin), frame.at(offset_[k], chord.end),
+                      region == Region::disc ? chord.weight * math::pi / length : chord.weight, k % 2 == 1});
+    if (is_certain_ && !math::is_black(all)) open_parts_.push_back({lines_.size() - 1, 0, 1, all});
+    if (is_dark) continue;
+    for_each_tinted(k, [&](double begin, double end, const Color& product) {
+      if (!math::is_black(product))
+        open_parts_.push_back(
+            {lines_.size() - 1, (begin - chord.begin) / length, (end - chord.begin) / length, product});
+    });
+  }
 }
 
 }  // namespace penumbra::shading::shadows

@@ -52,12 +52,16 @@ Visibility Sight::sample(const DiscView& disc, const DiscSampling& sampling, con
     }
   }
   shadows_.cast_bundle(disc.limit());
-  return shadows_.mean_of(transmittances.data(), transmittances.size(), 1);
+  return shadows_.mean_of(0, transmittances.size(), 1);
 }
 
-Visibility Shadows::mean_of(const Color* transmittances, std::size_t count, std::size_t stride) const {
+Visibility Shadows::mean_of(std::size_t first, std::size_t count, std::size_t stride, const Weights* weights) const {
   sampling::Halves halves;  // every second point of a spiral makes a spiral again
-  for (std::size_t i = 0; i < count; ++i) halves.add(i % 2 == 1, transmittances[i * stride]);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t place = first + i * stride;
+    const Color& seen = transmittances_[place];
+    halves.add(i % 2 == 1, weights == nullptr ? seen : weights->usual + (seen - weights->usual) * weights->of[place]);
+  }
   const auto n = static_cast<double>(count);
   return estimated(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
 }

@@ -15,13 +15,24 @@ using math::dot;
 /// and sooner where triangles are finer than pixels, and no point is like the next.
 constexpr std::size_t edges_per_chord = 32, fine_edges_per_chord = 4;
 
+/// Of a ball around an ellipse of these half-axes.
+double radius_around(const Vec3& u, const Vec3& v) {
+  const double a = dot(u, u), b = dot(u, v), c = dot(v, v);
+  // The larger eigenvalue of the half-axes' products; a circle's is all but exact.
+  return std::sqrt(0.5 * (a + c + std::sqrt((a - c) * (a - c) + 4 * b * b)));
+}
+
 }  // namespace
 
-Sight Shadows::aim(const ShadingPoint& at, std::size_t light, const Target& target, const DiscSampling* of_disc) {
+Sight Shadows::aim(const ShadingPoint& at, std::size_t light, const Target& target, const DiscSampling& of_disc) {
   // Few rays cost less than to ask.
-  const bool has_cells = switches_.light_cells && !(of_disc != nullptr && are_few(at, *of_disc));
-  const bool has_outline = of_disc != nullptr && switches_.shadow_candidates;
-  const CellContents* cell = has_cells ? cells_.find(at, light, target, has_outline) : nullptr;
+  if (are_few(at, of_disc)) return {*this, at, nullptr};
+  return aim(at, light, target, true);
+}
+
+Sight Shadows::aim(const ShadingPoint& at, std::size_t light, const Target& target, bool has_outline) {
+  const CellContents* cell =
+      switches_.light_cells ? cells_.find(at, light, target, has_outline && switches_.shadow_candidates) : nullptr;
   if (cell != nullptr && cell->tells_something()) ++counters_.lights_from_cells;
   return {*this, at, cell};
 }
@@ -39,7 +50,7 @@ Visibility Sight::disc(const SeenDisc& disc, const DiscSampling& sampling, const
   const Vec3 from = leave_surface(at_.surface, at_.facing);
   const DiscView view{from, disc.is_infinite ? disc.axis : disc.axis - (from - at_.surface.position), u, v,
                       disc.is_infinite};
-  gather(view, is_above_horizon, sampling);
+  gather(view, accel::no_item, is_above_horizon, most_edges(sampling));
   const Candidates& candidates = shadows_.candidates_;
   const auto told = [&](const Visibility& visibility) {
     ++counters_.lights_from_candidates;
@@ -86,7 +97,12 @@ Visibility Sight::sweep(const SeenDisc& disc, const DiscView& view, const DiscSa
                    chords * chords * chords);
 }
 
-void Sight::gather(const DiscView& view, bool is_above_horizon, const DiscSampling& sampling) {
+std::size_t Sight::most_edges(const DiscSampling& sampling) const {
+  const std::size_t each = at_.footprint > scene_.typical_edge ? fine_edges_per_chord : edges_per_chord;
+  return each * static_cast<std::size_t>(sampling.chords.count());
+}
+
+void Sight::gather(const DiscView& view, std::uint32_t ignored, bool is_above_horizon, std::size_t most_edges) {
   const Vec3 &axis = view.axis, &u = view.u, &v = view.v;
   std::array<Vec3, 4> corners{axis - u - v, axis + u - v, axis + u + v, axis - u + v};
   const bool leaves_self = leaves_on_outer_side(at_, corners);
@@ -102,12 +118,10 @@ void Sight::gather(const DiscView& view, bool is_above_horizon, const DiscSampli
                               math::cross(u, v) * volume,
                               view.is_infinite,
                               rounding,
-                              ViewCone::around(axis, math::length(u), view.is_infinite)};
-  const std::size_t edges_each = at_.footprint > scene_.typical_edge ? fine_edges_per_chord : edges_per_chord;
+                              ViewCone::around(axis, radius_around(u, v), view.is_infinite)};
   const Shaft shaft({view.from, rounding}, corners, view.is_infinite, is_above_horizon ? at_.facing : Vec3{});
   Candidates& candidates = shadows_.candidates_;
-  candidates.gather_silhouettes(scene_.world, shaft, projection, at_.id, leaves_self, cell_,
-                                edges_each * static_cast<std::size_t>(sampling.chords.count()));
+  candidates.gather_silhouettes(scene_.world, shaft, projection, at_.id, leaves_self, cell_, most_edges, ignored);
   if (shadows_.switches_.hidden_spheres && !candidates.is_dark() && !candidates.is_incomplete())
     counters_.hidden_spheres += candidates.drop_hidden_spheres();
 }

@@ -55,6 +55,33 @@ struct SeenBatch {
   sampling::Place place(std::size_t lane) const { return {keys[lane], samples}; }
 };
 
+/// An area light as a point sees it: points point + `axis` + x·`u` + y·`v` with |x|, |y| ≤ 1, or with x² + y² ≤ 1.
+struct SeenArea {
+  Vec3 axis, u, v;
+  // Where the light is a sphere: that is seen through a disc, which its near side bulges out of.
+  bool is_round = false;
+  Vec3 center = {};
+  double radius = 0;
+  std::uint32_t ignored = accel::no_item;  // hides none of it
+  /// Where on the way to a point of the disc or parallelogram the light is.
+  double limit(const Vec3& towards) const;
+};
+/// A line across an area light, relative to the point: from + s·along with 0 ≤ s ≤ 1 stands for a strip of this width.
+struct LightLine {
+  Vec3 from, along;
+  double width;
+  bool is_second;  // of the halves that tell the error
+};
+
+/// Samples that points side by side take of an area light, as many each, in lanes.
+struct SeenSamples {
+  const PointBatch& points;
+  LaneMask lanes, whole;         // that look; and those that have all of the light above the horizon
+  std::span<const Lanes3> ways;  // to the samples, a round after the other
+  const double* weights;         // of them in a point's mean, 1 on average, round by round and lane by lane
+  bool may_lean;                 // see DiscSampling; then all samples together are one pattern
+};
+
 class Sight;
 
 /// Holds what is found for one sight and used again by the next, and what neighbouring points share: one per thread.
@@ -64,11 +91,18 @@ class Shadows {
   Shadows(const Scene& scene, const Switches& switches, Counters& counters, const std::function<bool()>& is_canceled)
       : scene_(scene), switches_(switches), counters_(counters), is_canceled_(is_canceled), cells_(scene.world) {}
 
-  /// What the point sees of the light that `light` names, which lies inside `target`; `of_disc` where its disc() will
+  /// What the point sees of the light that `light` names, which lies inside `target`; with `has_outline` outlines will
   /// be asked for. Good until the next call; the arguments outlive it.
-  Sight aim(const ShadingPoint& at, std::size_t light, const Target& target, const DiscSampling* of_disc = nullptr);
+  Sight aim(const ShadingPoint& at, std::size_t light, const Target& target, bool has_outline);
+  /// The same of a light whose disc() will be asked for.
+  Sight aim(const ShadingPoint& at, std::size_t light, const Target& target, const DiscSampling& of_disc);
   /// Finds what each point of a batch sees of its disc, with a place for each lane.
   void see(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen);
+  /// The same of an area light; then `transmittance` is that of each sample.
+  void see(const SeenSamples& samples, Visibility* seen);
+  const Color& transmittance(std::size_t round, std::size_t lane) const {
+    return transmittances_[round * lane_count + lane];
+  }
 
  private:
   friend class Sight;
@@ -87,21 +121,27 @@ class Shadows {
   void see_points(const SeenBatch& batch, Visibility* seen);
   void see_few(const SeenBatch& batch, const DiscSampling& sampling, Visibility* seen);
   /// Lets what some lanes see tell more of what each sees.
-  void share(const SeenBatch& batch, LaneMask lanes, bool is_one_pattern, Visibility* seen);
+  void share(const PointBatch& points, LaneMask lanes, bool is_one_pattern, Visibility* seen);
   /// Adds a ray to the bundle, which is cast when it is full, and a place for what gets through.
   void add_ray(const ShadingPoint& at, const Vec3& direction, double limit, Color& transmittance);
   void cast_bundle(double limit);
-  /// Few samples of a batch.
-  struct Rays {
-    const SeenBatch& batch;
-    const DiscSampling& sampling;
-    sampling::DiscSpiral::Turn turn;
+  /// Few samples of points side by side.
+  struct Few {
+    const PointBatch& points;
+    LaneMask lanes, whole;
+    std::size_t count;  // of each point
+    double limit;       // of the ways to them
+    bool may_lean;
+    const double* weights = nullptr;  // or all weigh the same
   };
+  template <class WaysOf>
+  void see_few(const Few& few, const WaysOf& ways_of, Visibility* seen);
   struct Rounds {
     std::size_t begin, end;  // in lanes: sixteen a round
   };
   /// Fills transmittances_ with what some lanes see in some rounds; false once it is canceled.
-  bool cast(const Rays& rays, LaneMask lanes, const Rounds& rounds);
+  template <class WaysOf>
+  bool cast(const Few& few, LaneMask lanes, const Rounds& rounds, const WaysOf& ways_of);
   /// How many of the first samples see the light, or nothing of it.
   struct First {
     std::size_t end = 0, count = 0, lit = 0, dark = 0;
@@ -114,7 +154,15 @@ class Shadows {
   /// is off there by s: so each one accounts for s(1 − s)/n. Its point's other samples tell s; a single one tells
   /// nothing, and 1/6 is the mean of s(1 − s).
   void note_missed(LaneMask lanes, std::size_t count, const First& first, Visibility* seen) const;
-  Visibility mean_of(const Color* transmittances, std::size_t count, std::size_t stride) const;
+  /// Weights of transmittances_, and what all of these tell: what those of a mean lack of their expected weight counts
+  /// as much.
+  struct Weights {
+    const double* of;
+    Color usual;
+  };
+  Weights weights_of(const Few& few, LaneMask lanes) const;
+  /// Of `count` transmittances_, the first of them and every stride'th after it.
+  Visibility mean_of(std::size_t first, std::size_t count, std::size_t stride, const Weights* weights = nullptr) const;
   const Scene& scene_;
   const Switches& switches_;
   Counters& counters_;
@@ -144,9 +192,17 @@ class Sight {
 
   /// Mean transmittance over the disc.
   Visibility disc(const SeenDisc& disc, const DiscSampling& sampling, const sampling::Place& place);
+  /// What is known of an area light from outlines: where it is `listed`, parts of lines across it are open.
+  enum class Verdict { lit, dark, listed, unknown };
+  Verdict trace(const SeenArea& area, const DiscSampling& sampling, const sampling::Key& key);
+  /// Lines across a light that is `lit`.
+  void trace_open(const SeenArea& area, const DiscSampling& sampling, const sampling::Key& key);
+  std::size_t line_count() const { return shadows_.sweep_.lines().size(); }
+  LightLine line(const SeenArea& area, std::size_t index) const;
+  std::span<const ChordSweep::OpenPart> open_parts() const { return shadows_.sweep_.open_parts(); }
+
   /// What is known of a light inside the quadrilateral `corners` (points, relative to the point). The item `ignored`
   /// hides none of the light.
-  enum class Verdict { lit, dark, listed, unknown };
   Verdict classify(const std::array<Vec3, 4>& corners, std::uint32_t ignored = accel::no_item);
   /// As `transmittance`, towards a place inside the quadrilateral last classified, which was not `dark`.
   Color transmittance_of_sample(Verdict verdict, const Vec3& towards, double limit);
@@ -165,8 +221,10 @@ class Sight {
   Color own_surface() const { return at_.material->transmission; }
   /// Every segment of a light sees the same: counts the rays that this saves.
   Visibility all(bool is_lit, const DiscSampling& sampling);
-  /// Finds what may hide some of the disc.
-  void gather(const DiscView& view, bool is_above_horizon, const DiscSampling& sampling);
+  /// With more edges than these in sight, rays cost less than chords.
+  std::size_t most_edges(const DiscSampling& sampling) const;
+  /// Finds what may hide some of the disc; the item `ignored` does not.
+  void gather(const DiscView& view, std::uint32_t ignored, bool is_above_horizon, std::size_t most_edges);
   /// Fills covers_ from the candidates: of the disc, some are listed to find the share of, one hides all, or one of
   /// them has no simple cover.
   enum class Covers { listed, dark, unknown };
