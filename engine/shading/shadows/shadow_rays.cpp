@@ -63,7 +63,11 @@ Visibility Shadows::mean_of(std::size_t first, std::size_t count, std::size_t st
     halves.add(i % 2 == 1, weights == nullptr ? seen : weights->usual + (seen - weights->usual) * weights->of[place]);
   }
   const auto n = static_cast<double>(count);
-  return estimated(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
+  Visibility mean = estimated(halves, sampling::Halves::points, spread_variance, n, n * std::sqrt(n));
+  if (weights == nullptr) return mean;
+  const auto within = [](double share) { return std::clamp(share, 0.0, 1.0); };
+  mean.mean = {within(mean.mean.r), within(mean.mean.g), within(mean.mean.b)};
+  return mean;
 }
 
 void Shadows::add_ray(const ShadingPoint& at, const Vec3& direction, double limit, Color& transmittance) {
