@@ -1,5 +1,5 @@
-"""The scenes of the benchmark as POST bodies. Shapes are matte, so that every peer can express them; room-flat and the
-teapot come from tests/support/predecessor/. sphereflake, tetra, mount and rings follow the descriptions of Eric Haines, "A Proposal
+"""The scenes of the benchmark as POST bodies. Shapes are matte, so that every peer can express them (what it knows of lights,
+normals and instances); room-flat and the teapot come from tests/support/predecessor/. sphereflake, tetra, mount and rings follow the descriptions of Eric Haines, "A Proposal
 for Standard Graphics Environments", IEEE CG&A 7(11), 1987."""
 import itertools
 import json
@@ -12,6 +12,8 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[3]
 EDGE = 800  # pixels of every image
+# Of corners in the order of their coordinates.
+BOX_FACES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [1, 5, 7], [1, 7, 3], [0, 2, 6], [0, 6, 4]]
 
 
 def meshes_folder():
@@ -36,9 +38,12 @@ def matte(*color):
     return {"diffuse": list(color), "ambient": list(color)}
 
 
+def numbers(positions, triangles):
+    return {"positions": np.asarray(positions, float).ravel().tolist(), "indices": np.asarray(triangles, int).ravel().tolist()}
+
+
 def mesh(positions, triangles, material):
-    return {"type": "mesh", "positions": np.asarray(positions, float).ravel().tolist(),
-            "indices": np.asarray(triangles, int).ravel().tolist(), "material": material}
+    return {"type": "mesh", **numbers(positions, triangles), "material": material}
 
 
 def floor(height, half, material, up_axis=1):
@@ -59,7 +64,8 @@ def on_disk(name, radius=None):
     return job
 
 
-def bunny(lights):
+def bunny_mesh():
+    """About 1.5 units tall, on the floor."""
     positions, triangles = [], []
     for line in (meshes_folder() / "stanford-bunny.obj").read_text().splitlines():
         words = line.split()
@@ -67,11 +73,17 @@ def bunny(lights):
             positions.append([float(w) for w in words[1:4]])
         elif words[:1] == ["f"]:
             triangles.append([int(w.split("/")[0]) - 1 for w in words[1:4]])
-    positions = np.array(positions) * 10 - [-0.17, 0.33, 0]  # about 1.5 units tall, on the floor
+    return mesh(np.array(positions) * 10 - [-0.17, 0.33, 0], triangles, matte(0.8, 0.7, 0.6))
+
+
+def bunny_under(name, lights):
+    return body(name, camera((0.6, 1.6, 3.6), (0, 0.65, 0), 36), [bunny_mesh(), floor(0, 6, matte(0.7, 0.7, 0.75))], lights)
+
+
+def bunny(lights):
     around = [light((2.4 * math.cos(a), 2.6 + 0.3 * (i % 2), 2.4 * math.sin(a)), 0.25, 0.8 / lights)
               for i, a in ((i, 0.9 + 2 * math.pi * i / lights) for i in range(lights))]
-    return body(f"bunny-{lights}", camera((0.6, 1.6, 3.6), (0, 0.65, 0), 36),
-                [mesh(positions, triangles, matte(0.8, 0.7, 0.6)), floor(0, 6, matte(0.7, 0.7, 0.75))], around)
+    return bunny_under(f"bunny-{lights}", around)
 
 
 def sphereflake(depth=4):
@@ -207,7 +219,7 @@ def city(edge=24):
     """Boxes of all heights, long shadows."""
     chance = random.Random(3)
     unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
-    faces = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [1, 5, 7], [1, 7, 3], [0, 2, 6], [0, 6, 4]])
+    faces = np.array(BOX_FACES)
     boxes = {}
     for i, j in itertools.product(range(edge), repeat=2):
         size = np.array([0.62, 0.3 + 2.5 * chance.random() ** 3, 0.62])
@@ -229,6 +241,110 @@ def bubbles(count=2000):
     return body("bubbles", camera((2.4, 1.6, 4.2), (0, -0.2, 0), 45), objects, [light((3, 5, 2), 0.5, 0.6), light((-4, 4, 3), 0.5, 0.4)])
 
 
+def smooth(along=1000, across=100):
+    """A torus knot (3, 2) with bumps all over, smoothly shaded, of 2 × along × across triangles, without a floor."""
+    def on_knot(s, t):
+        middle = lambda a: np.stack([(1 + 0.42 * np.cos(2 * a)) * np.cos(3 * a), 0.5 * np.sin(2 * a),
+                                     (1 + 0.42 * np.cos(2 * a)) * np.sin(3 * a)], -1)
+        a, b = 2 * math.pi * s, 2 * math.pi * t
+        tangent = middle(a + 1e-4) - middle(a - 1e-4)
+        tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
+        up = np.cross(tangent, np.stack([np.cos(3 * a), 0 * a, np.sin(3 * a)], -1))
+        up /= np.linalg.norm(up, axis=-1, keepdims=True)
+        bumps = 0.17 + 0.018 * np.sin(90 * a) * np.sin(5 * b)
+        return middle(a) + bumps[..., None] * (np.cos(b)[..., None] * np.cross(up, tangent) + np.sin(b)[..., None] * up)
+
+    i, j = np.meshgrid(np.arange(along), np.arange(across), indexing="ij")
+    s, t, step = i / along, j / across, 1e-5
+    positions = on_knot(s, t).reshape(-1, 3)
+    normals = np.cross(on_knot(s, t + step) - on_knot(s, t - step), on_knot(s + step, t) - on_knot(s - step, t)).reshape(-1, 3)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    corner = lambda di, dj: ((i + di) % along * across + (j + dj) % across).ravel()
+    a, b, c, d = corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)
+    faces = np.concatenate([np.stack([a, c, b], 1), np.stack([a, d, c], 1)])
+    outwards = np.cross(positions[faces[:, 1]] - positions[faces[:, 0]], positions[faces[:, 2]] - positions[faces[:, 0]])
+    if (outwards * normals[faces[:, 0]]).sum() < 0:
+        normals = -normals
+    knotted = {**mesh(positions, faces, matte(0.7, 0.65, 0.55)), "normals": normals.ravel().tolist()}
+    return body("smooth", camera((0.3, 3.0, 2.6), (0, -0.05, 0.05), 44), [knotted],
+                [light((2.5, 4, 1), 0.45, 0.6), light((-3, 3, 2.5), 0.35, 0.4)], background=[0.1, 0.12, 0.16])
+
+
+def tree(leaves=2380, chance=random.Random(11)):
+    """A trunk, twigs and leaves of two triangles each, a unit tall: 5,000 triangles."""
+    positions, faces = [], []
+
+    def taper(foot, top, radius, sides):
+        """A cone without a base."""
+        axis = (top - foot) / np.linalg.norm(top - foot)
+        u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        u /= np.linalg.norm(u)
+        v, first = np.cross(axis, u), len(positions)
+        positions.extend(foot + radius * (math.cos(2 * math.pi * k / sides) * u + math.sin(2 * math.pi * k / sides) * v) for k in range(sides))
+        positions.append(top)
+        faces.extend((first + k, first + (k + 1) % sides, first + sides) for k in range(sides))
+
+    taper(np.zeros(3), np.array([0, 0.95, 0]), 0.035, 12)
+    twigs = []
+    for k in range(57):
+        height = 0.22 + 0.7 * k / 57
+        reach = 0.36 * math.sin(math.pi * (0.12 + 0.85 * (height - 0.22) / 0.75))
+        turn = 2.39996 * k
+        foot = np.array([0, height, 0])
+        twigs.append((foot, foot + reach * np.array([math.cos(turn), 0.35, math.sin(turn)])))
+        taper(*twigs[-1], 0.007, 4)
+    for k in range(leaves):
+        foot, top = twigs[k % len(twigs)]
+        share = chance.uniform(0.25, 1)
+        center = foot + share * (top - foot) + np.array([chance.gauss(0, 0.025) for _ in range(3)])
+        u, v = (np.array([chance.gauss(0, 1) for _ in range(3)]) for _ in range(2))
+        u *= 0.028 / np.linalg.norm(u)
+        v -= u * (u @ v) / (u @ u)
+        v *= 0.012 / np.linalg.norm(v)
+        first = len(positions)
+        positions.extend([center - u, center - v, center + u, center + v])
+        faces.extend([(first, first + 1, first + 2), (first, first + 2, first + 3)])
+    return positions, faces
+
+
+def forest(edge=100):
+    """edge² instances of one tree on a meadow, with a clearing in front."""
+    chance = random.Random(7)
+    positions, faces = tree()
+    objects = [floor(0, 80, matte(0.45, 0.5, 0.3))]
+    for i, j in itertools.product(range(edge), repeat=2):
+        x, z = (0.75 * (k - edge / 2) + chance.uniform(-0.25, 0.25) for k in (i, j))
+        turn, size, green = chance.uniform(0, 2 * math.pi), chance.uniform(0.8, 1.6), chance.randrange(3)
+        c, s = size * math.cos(turn), size * math.sin(turn)
+        objects.append({"type": "instance", "mesh": "tree", "material": f"leaf-{green}",
+                        "transform": [c, 0, -s, 0, 0, size, 0, 0, s, 0, c, 0, x, 0, z, 1]})
+    job = body("forest", camera((3, 3.4, 41.5), (0, 0.5, 33.5), 48), objects, [light((60, 45, 60), 2.5, 0.95)],
+               background=[0.55, 0.7, 0.9])
+    job["scene"]["meshes"] = {"tree": numbers(positions, faces)}
+    job["scene"]["materials"] = {f"leaf-{k}": matte(0.35 + 0.1 * k, 0.55, 0.2) for k in range(3)}
+    return job
+
+
+def lamps(count=1000, edge=32):
+    """A town at night: a block and a lamp or so on every square; a lamp matters a few squares around it."""
+    chance = random.Random(13)
+    unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    faces = np.array(BOX_FACES)
+    boxes, balls = [], []
+    for i, j in itertools.product(range(edge), repeat=2):
+        corner = np.array([i - edge / 2, 0, j - edge / 2])
+        if chance.random() < 0.6:
+            boxes.append(unit * [0.55, 0.15 + 0.7 * chance.random() ** 2, 0.55] + corner)
+        else:
+            balls.append({"type": "sphere", "center": (corner + [0.27, 0.2, 0.27]).tolist(), "radius": 0.2, "material": matte(0.7, 0.6, 0.5)})
+    town = mesh(np.concatenate(boxes), np.concatenate([faces + 8 * k for k in range(len(boxes))]), matte(0.65, 0.65, 0.7))
+    places = chance.sample([(i, j) for i in range(edge) for j in range(edge)], count)
+    lights = [{"type": "point", "position": [i - edge / 2 + 0.78, chance.uniform(0.35, 0.7), j - edge / 2 + 0.78], "radius": 0.05,
+               "intensity": [0.08 * c for c in chance.choice([(1, 0.75, 0.45), (1, 0.9, 0.7), (0.6, 0.8, 1)])],
+               "attenuation": [0.1, 0, 1]} for i, j in places]
+    return body(f"lights-{count}", camera((7, 8, 17), (0, 0, 4), 42), [town, *balls, floor(0, 30, matte(0.6, 0.6, 0.62))], lights, ambient=0.03)
+
+
 SCENES = {
     "room-flat": lambda: on_disk("room-flat"),
     "teapot": lambda: on_disk("teapot", radius=8),
@@ -241,6 +357,12 @@ SCENES = {
     "knot": lambda: knot(200_000, "knot", False),
     "city": city,
     "bubbles": bubbles,
+    "area-rectangle": lambda: bunny_under("area-rectangle", [{"type": "rectangle", "corner": [-0.4, 3.2, -0.5], "edge_u": [1.8, 0, 0],
+                                                              "edge_v": [0, 0, 1.2], "intensity": 6}]),
+    "area-sphere": lambda: bunny_under("area-sphere", [{"type": "sphere", "center": [1.5, 2.6, 1.9], "radius": 0.4, "intensity": 60}]),
+    "smooth": smooth,
+    "forest": forest,
+    "lights-1000": lamps,
 }
 
 

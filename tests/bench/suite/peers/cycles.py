@@ -27,6 +27,8 @@ def check(scene):
     for shape in scene["objects"]:
         if shape["type"] not in ("mesh", "sphere"):
             raise NotExpressible(shape["type"])
+        if "normals" in shape:
+            raise NotExpressible("smooth normals")
         material = shape.get("material", {})
         material = scene["materials"][material] if isinstance(material, str) else material
         for key in ("specular", "reflection", "transmission"):

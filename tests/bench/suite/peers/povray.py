@@ -92,6 +92,8 @@ class Writer:
             top = base + direction / np.linalg.norm(direction) * shape["height"]
             text = f"cylinder {{ {self.at(base)}, {self.at(top)}, {shape['radius'] * self.scale:.9g} open {look} }}"
         elif kind == "mesh":
+            if "normals" in shape:
+                raise NotExpressible("smooth normals")
             positions = np.array(shape["positions"], float).reshape(-1, 3)
             faces = np.array(shape["indices"]).reshape(-1, 3)
             text = (f"mesh2 {{ vertex_vectors {{ {len(positions)}, {','.join(map(self.at, positions))} }} face_indices "
