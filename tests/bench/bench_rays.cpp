@@ -12,8 +12,8 @@
 #include "engine/math/constants.h"
 #include "engine/render/camera.h"
 #include "engine/render/canvas.h"
-#include "tests/bench/disc_samples.h"
 #include "tests/bench/embree_scene.h"
+#include "tests/bench/sample_patterns.h"
 #include "tests/bench/workload.h"
 
 namespace penumbra::bench {
@@ -73,7 +73,7 @@ RaySet shadow_rays(const accel::World& world, const RaySet& primary, const shadi
     Random random(i);
     for (int k = 0; k < light_samples; ++k) {
       const float across = random.uniform();
-      const DiscPoint on_disc = concentric(across, random.uniform());
+      const SamplePoint on_disc = concentric(across, random.uniform());
       const Vec3 towards =
           axis + (frame.u * static_cast<double>(on_disc.x) + frame.v * static_cast<double>(on_disc.y)) * light.radius;
       set.rays.push_back({geometry::leave_surface(at, towards), towards, hit->surface});

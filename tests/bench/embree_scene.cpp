@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -24,18 +25,31 @@ Value* new_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, st
 
 }  // namespace
 
+void attach_instance(RTCDevice device, RTCScene scene, RTCScene mesh, const math::Affine& to_world, unsigned id) {
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, mesh);
+  float columns[12], *to = columns;
+  for (const Vec3& column : {to_world.column[0], to_world.column[1], to_world.column[2], to_world.translation})
+    to = put(to, column);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
 EmbreeScene::EmbreeScene(const FlatScene& flat, const std::vector<scene::Material>& materials,
                          const EmbreeSettings& settings)
     : flat_(flat),
       materials_(materials),
       device_(rtcNewDevice(("threads=" + std::to_string(settings.build_threads)).c_str())),
-      scene_(rtcNewScene(device_)) {
+      scene_(rtcNewScene(device_)),
+      flags_(settings.is_robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE) {
   sort(flat.triangles, FlatKind::triangle);
   sort(flat.spheres, FlatKind::sphere);
   sort(flat.cylinders, FlatKind::cylinder);
   for (const Part& part : parts_) is_opaque_ = is_opaque_ && !(part.is_transparent && !part.members.empty());
   rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-  rtcSetSceneFlags(scene_, settings.is_robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  rtcSetSceneFlags(scene_, flags_);
   const auto start = std::chrono::steady_clock::now();
   for (unsigned id = 0; id < part_count; ++id) {
     const Part& part = parts_[id];
@@ -44,6 +58,7 @@ EmbreeScene::EmbreeScene(const FlatScene& flat, const std::vector<scene::Materia
     if (part.kind == FlatKind::sphere) add_spheres(part, id);
     if (part.kind == FlatKind::cylinder) add_cylinders(part, id);
   }
+  add_instances();
   rtcCommitScene(scene_);
   build_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   RTCBounds bounds;
@@ -57,6 +72,7 @@ EmbreeScene::EmbreeScene(const FlatScene& flat, const std::vector<scene::Materia
 
 EmbreeScene::~EmbreeScene() {
   rtcReleaseScene(scene_);
+  for (const RTCScene mesh : meshes_) rtcReleaseScene(mesh);
   rtcReleaseDevice(device_);
 }
 
@@ -110,16 +126,38 @@ std::uint32_t EmbreeScene::material_of(const FlatId& id) const {
   return id.kind == FlatKind::sphere ? flat_.spheres[id.index].material : flat_.cylinders[id.index].material;
 }
 
-void EmbreeScene::add_triangles(const Part& part, unsigned id) {
+RTCGeometry EmbreeScene::new_triangles(const FlatTriangle* triangles, const std::vector<std::uint32_t>& members) {
   const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-  const std::size_t count = part.members.size();
+  const std::size_t count = members.size();
   auto* position = new_buffer<float>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, 3, 3 * count);
   auto* index = new_buffer<unsigned>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, 3, count);
-  for (const std::uint32_t member : part.members) {
-    for (const Vec3& vertex : flat_.triangles[member].vertices) position = put(position, vertex);
+  for (const std::uint32_t member : members) {
+    for (const Vec3& vertex : triangles[member].vertices) position = put(position, vertex);
   }
   for (unsigned i = 0; i < 3 * count; ++i) *index++ = i;
-  attach(geometry, part, id);
+  return geometry;
+}
+
+void EmbreeScene::add_triangles(const Part& part, unsigned id) {
+  attach(new_triangles(flat_.triangles.data(), part.members), part, id);
+}
+
+void EmbreeScene::add_instances() {
+  for (const std::vector<FlatTriangle>& triangles : flat_.meshes) {
+    std::vector<std::uint32_t> all(triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    const RTCScene mesh = meshes_.emplace_back(rtcNewScene(device_));
+    rtcSetSceneBuildQuality(mesh, RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneFlags(mesh, flags_);
+    const RTCGeometry geometry = new_triangles(triangles.data(), all);
+    rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(mesh, geometry, 0);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(mesh);
+  }
+  for (unsigned i = 0; i < flat_.instances.size(); ++i)
+    attach_instance(device_, scene_, meshes_[flat_.instances[i].mesh], flat_.instances[i].to_world, part_count + i);
 }
 
 void EmbreeScene::add_spheres(const Part& part, unsigned id) {

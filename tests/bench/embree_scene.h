@@ -57,6 +57,9 @@ struct ShadowContext {
   }
 };
 
+/// Puts the committed scene `mesh` into `scene` as its geometry `id`.
+void attach_instance(RTCDevice device, RTCScene scene, RTCScene mesh, const math::Affine& to_world, unsigned id);
+
 /// A committed Embree scene with Embree's own best type for each shape, build quality high. Closest-hit queries see
 /// every surface, occlusion queries multiply the transparent ones into their ShadowContext and go on.
 class EmbreeScene {
@@ -70,8 +73,9 @@ class EmbreeScene {
   RTCScene scene() const { return scene_; }
   bool is_opaque() const { return is_opaque_; }
   FlatId flat_id(unsigned geometry, unsigned primitive) const;
-  /// How far off a surface single-precision rays start: the least, in powers of two of the largest coordinate, that
-  /// keeps every bench scene free of acne.
+  /// What Embree's instID stands for; the hit's primID is a triangle of its mesh.
+  const FlatInstance& instance(unsigned id) const { return flat_.instances[id - part_count]; }
+  /// Within this of where they start rays meet nothing that counts: some rounding of the largest coordinate.
   double nudge() const { return nudge_; }
   /// Seconds to fill the buffers and commit; the device is started before.
   double build_seconds() const { return build_seconds_; }
@@ -88,7 +92,9 @@ class EmbreeScene {
 
   template <class Shapes>
   void sort(const Shapes& shapes, FlatKind kind);
+  RTCGeometry new_triangles(const FlatTriangle* triangles, const std::vector<std::uint32_t>& members);
   void add_triangles(const Part& part, unsigned id);
+  void add_instances();
   void add_spheres(const Part& part, unsigned id);
   void add_cylinders(const Part& part, unsigned id);
   void attach(RTCGeometry geometry, const Part& part, unsigned id);
@@ -99,7 +105,9 @@ class EmbreeScene {
   const std::vector<scene::Material>& materials_;
   RTCDevice device_;
   RTCScene scene_;
-  std::array<Part, part_count> parts_;  // the index is Embree's geomID
+  RTCSceneFlags flags_;
+  std::vector<RTCScene> meshes_;
+  std::array<Part, part_count> parts_;  // the index is Embree's geomID; instances follow
   bool is_opaque_ = true;
   double nudge_ = 0, build_seconds_ = 0;
 };

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -8,9 +9,14 @@ namespace penumbra::bench {
 
 using math::Vec3;
 
+/// Of the vertices of a smooth triangle.
+using FlatNormals = std::array<Vec3, 3>;
+constexpr std::uint32_t no_normals = 0xffffffff;
+
 struct FlatTriangle {
   Vec3 vertices[3];
   std::uint32_t material;
+  std::uint32_t normals = no_normals;  // index into FlatScene::normals
 };
 
 struct FlatSphere {
@@ -26,15 +32,25 @@ struct FlatCylinder {
   std::uint32_t material;
 };
 
-/// A scene as a peer sees it: world-space shapes, one list a kind.
+/// One of FlatScene::meshes at a place of its own; opaque.
+struct FlatInstance {
+  std::uint32_t mesh;
+  std::uint32_t material;
+  math::Affine to_world, to_mesh;
+};
+
+/// A scene as a peer sees it: world-space shapes, one list a kind, and meshes that are there many times.
 struct FlatScene {
   std::vector<FlatTriangle> triangles;
   std::vector<FlatSphere> spheres;
   std::vector<FlatCylinder> cylinders;
+  std::vector<FlatNormals> normals;
+  std::vector<std::vector<FlatTriangle>> meshes;
+  std::vector<FlatInstance> instances;
 };
 
 /// Everything in `description`, transforms applied. Throws std::invalid_argument for what the benchmark's peers do not
-/// know: planes, tubes, smooth normals, transformed quadrics.
+/// know: planes, tubes, transformed quadrics, transparent instances.
 FlatScene flatten(const scene::Description& description);
 
 }  // namespace penumbra::bench

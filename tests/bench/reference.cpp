@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 
-#include "tests/bench/disc_samples.h"
+#include "tests/bench/area_rays.h"
+#include "tests/bench/contract_image.h"
 #include "tests/bench/embree_shadows.h"
 #include "tests/bench/exact_hits.h"
+#include "tests/bench/sample_patterns.h"
 #include "tests/bench/workload.h"
 
 namespace penumbra::bench {
@@ -27,20 +30,22 @@ struct SobolPoint {
   }
 };
 
-DiscPatterns shifted_sobol_sets(int samples) {
-  return {samples, [](std::uint32_t set, int i) {
+PointPatterns shifted_sobol_sets(int samples, bool is_disc) {
+  return {samples, [is_disc](std::uint32_t set, int i) {
             Random random(set);
             const SobolPoint point(static_cast<std::uint32_t>(i));
             const auto fraction = [](std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; };
             const float u = fraction(point.x ^ random.bits());
-            return concentric(u, fraction(point.y ^ random.bits()));
+            const float v = fraction(point.y ^ random.bits());
+            return is_disc ? concentric(u, v) : SamplePoint{u, v};
           }};
 }
 
 class ReferenceQueries {
  public:
-  ReferenceQueries(const ExactHits& hits, const EmbreeScene& embree, const DiscPatterns& points, int probing_samples)
-      : hits_(hits), embree_(embree), points_(points), probing_samples_(probing_samples) {}
+  ReferenceQueries(const ExactHits& hits, const EmbreeScene& embree, const PointPatterns& discs,
+                   const PointPatterns& squares, int probing_samples)
+      : hits_(hits), embree_(embree), discs_(discs), area_rays_(discs, squares), probing_samples_(probing_samples) {}
 
   void start(int samples, std::uint64_t half) {
     samples_ = samples, half_ = half, is_mixed_ = false, is_camera_ = true;
@@ -56,28 +61,54 @@ class ReferenceQueries {
   Vec3 leave(const SurfaceHit& hit, const Vec3&) const { return hit.position; }
 
   Color visibility(const SurfaceHit& hit, const Vec3& facing, const Vec3& axis, const Vec3& u, const Vec3& v,
-                   std::uint64_t place) {
-    const Vec3 origin = off_surface(embree_, hit, facing);
+                   double share, std::uint64_t place) {
+    const Vec3 origin = off_surface(hit, facing);
     const Vec3 towards = axis - (origin - hit.position);
     const bool is_hard = u == Vec3{};
-    const int count = is_hard ? 1 : samples_;
-    // The halves take sets of their own, even and odd.
-    Random random(place * 2 + half_ + 0x5eed);
-    const auto set = static_cast<std::uint32_t>(random.bits() % (DiscPatterns::count / 2) * 2 + half_);
+    const int count = is_hard ? 1 : enough_for(share);
+    Random random = random_at(place);
+    const std::uint32_t set = set_of_half(random);
     const DiscTarget target = DiscTarget{origin, towards, u, v}.turned(random.uniform());
     const int probes = std::min(count, probing_samples_);
-    ShadowSum result = cast_shadow_rays(embree_, target, points_.x(set), points_.y(set), probes, 16);
+    ShadowSum result = cast_shadow_rays(embree_, target, discs_.x(set), discs_.y(set), probes, 16);
     is_mixed_ = is_mixed_ || result.is_mixed;
     if (!result.is_mixed || probes == count) return result.sum * (1.0 / probes);
     result.sum +=
-        cast_shadow_rays(embree_, target, points_.x(set) + probes, points_.y(set) + probes, count - probes, 16).sum;
+        cast_shadow_rays(embree_, target, discs_.x(set) + probes, discs_.y(set) + probes, count - probes, 16).sum;
     return result.sum * (1.0 / count);
   }
 
+  Color irradiance(const SurfaceHit& hit, const Vec3& facing, const AreaLight& light, std::uint64_t place) {
+    const Vec3 origin = off_surface(hit, facing);
+    Random random = random_at(place);
+    const std::uint32_t set = set_of_half(random);
+    if (!area_rays_.aim(light, {origin, facing, hit.shading_normal}, set, random)) return math::black;
+    const int probes = std::min(samples_, probing_samples_);
+    ShadowSum result = cast_shadow_rays(embree_, origin, area_rays_.lanes(), 0, probes, 16);
+    is_mixed_ = is_mixed_ || result.is_mixed;
+    if (!result.is_mixed || probes == samples_) return result.sum * (area_rays_.solid_angle() / probes);
+    result.sum += cast_shadow_rays(embree_, origin, area_rays_.lanes(), probes, samples_, 16).sum;
+    return result.sum * (area_rays_.solid_angle() / samples_);
+  }
+
  private:
+  Random random_at(std::uint64_t place) const { return Random(place * 2 + half_ + 0x5eed); }
+  /// The halves take sets of their own, even and odd.
+  std::uint32_t set_of_half(Random& random) const {
+    return static_cast<std::uint32_t>(random.bits() % (PointPatterns::count / 2) * 2 + half_);
+  }
+  /// Of the samples, as many as a light needs that adds so much at most: errors go like share · samples^-0.75.
+  int enough_for(double share) const {
+    constexpr double full_share = 1.0 / 32;
+    constexpr int least = 8;
+    const double wanted = samples_ * std::pow(std::min(1.0, share / full_share), 4.0 / 3);
+    return std::min(samples_, std::max(least, static_cast<int>(wanted)));
+  }
+
   const ExactHits& hits_;
   const EmbreeScene& embree_;
-  const DiscPatterns& points_;
+  const PointPatterns& discs_;
+  AreaRays area_rays_;
   int probing_samples_;
   int samples_ = 1;
   std::uint64_t half_ = 0;
@@ -109,15 +140,16 @@ std::vector<std::uint8_t> dilated(const std::vector<std::uint8_t>& marks, int wi
 Reference make(const scene::Description& description, const FlatScene& flat, const ReferenceSettings& settings) {
   const ExactHits hits(flat);
   const EmbreeScene embree(flat, description.materials, {settings.threads, true});
-  const DiscPatterns points = shifted_sobol_sets(settings.samples);
-  const std::vector<scene::SpotLight> lights = merged_lights(description);
+  const ContractLights lights = lights_of(description);
+  const PointPatterns discs = shifted_sobol_sets(settings.samples, true);
+  const PointPatterns squares = shifted_sobol_sets(settings.samples, false);
   const PinholeCamera camera(description.camera, settings.width, settings.height);
   render::Film a(settings.width, settings.height), b(settings.width, settings.height);
   const std::size_t pixels = a.rgb.size() / 3;
   std::vector<std::uint8_t> mixed(pixels), wanted;
   const auto sweep = [&](bool is_scouting) {
     timed_in_pieces(pixels, settings.threads, [&](std::size_t first, std::size_t last) {
-      ReferenceQueries queries(hits, embree, points, settings.probing_samples);
+      ReferenceQueries queries(hits, embree, discs, squares, settings.probing_samples);
       ContractImage image(description, lights, queries);
       for (std::size_t i = first; i < last; ++i) {
         if (!is_scouting && !wanted[i]) continue;

@@ -34,6 +34,11 @@ def run_program(program, *arguments):
     subprocess.run([str(BIN / program), *map(str, arguments)], check=True)
 
 
+def version():
+    """The commit, and whether something differs from it."""
+    return subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True).stdout.strip()
+
+
 def save(name, figures):
     """Keeps a part's figures as JSON for `report`."""
     RESULTS.mkdir(parents=True, exist_ok=True)

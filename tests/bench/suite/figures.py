@@ -99,18 +99,24 @@ def error_table(reports):
             print(f"  {r['scene']}: the reference adds more than 1 % to squared errors of RMSE {TARGETS[-1]:.0e}")
 
 
+def draw(axes, renderers):
+    """Time against error of each, Penumbra in bold."""
+    for renderer in renderers:
+        curve = points(renderer["budgets"])
+        own = renderer["name"].startswith("penumbra")
+        axes.loglog([s for _, s in curve], [e for e, _ in curve], "o-" if renderer["name"] != "penumbra target" else "o--",
+                    label=renderer["name"], linewidth=2.5 if own else 1, markersize=4 if own else 2)
+    axes.grid(True, which="both", alpha=0.3)
+
+
 def plot(report, extra=()):
-    """Time against error of one scene as a PNG."""
+    """Time against error of one scene beside other renderers, as a PNG."""
     import matplotlib
     matplotlib.use("Agg")
     from matplotlib import pyplot
     figure, axes = pyplot.subplots(figsize=(7, 5))
-    for renderer in [*report["renderers"], *extra]:
-        curve = points(renderer["budgets"])
-        axes.loglog([s for _, s in curve], [e for e, _ in curve], "o-", label=renderer["name"],
-                    linewidth=2.5 if renderer["name"] == "penumbra" else 1, markersize=4)
+    draw(axes, [*report["renderers"], *extra])
     axes.set(xlabel=f"seconds, {report['threads']} threads", ylabel="RMSE", title=report["scene"])
-    axes.grid(True, which="both", alpha=0.3)
     axes.legend(fontsize=8)
     RESULTS.mkdir(parents=True, exist_ok=True)
     path = RESULTS / f"{report['scene']}-{report['threads']}.png"

@@ -12,6 +12,8 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[3]
 EDGE = 800  # pixels of every image
+EDGES = {"lights-1000": 200}  # but of those: a ray for each point and light is 300 million in 800 x 800
+PATIENCE = {"lights-1000": 15}  # seconds of one picture, after which a renderer is asked for no finer one, if not 30
 # Of corners in the order of their coordinates.
 BOX_FACES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [1, 5, 7], [1, 7, 3], [0, 2, 6], [0, 6, 4]]
 
@@ -308,17 +310,17 @@ def tree(leaves=2380, chance=random.Random(11)):
 
 
 def forest(edge=100):
-    """edge² instances of one tree on a meadow, with a clearing in front."""
+    """edge² instances of one tree on a meadow, seen from its edge, where coordinates are small: single precision is best there."""
     chance = random.Random(7)
     positions, faces = tree()
     objects = [floor(0, 80, matte(0.45, 0.5, 0.3))]
     for i, j in itertools.product(range(edge), repeat=2):
-        x, z = (0.75 * (k - edge / 2) + chance.uniform(-0.25, 0.25) for k in (i, j))
+        x, z = (0.75 * k + chance.uniform(-0.25, 0.25) for k in (i - edge / 2, j - edge))
         turn, size, green = chance.uniform(0, 2 * math.pi), chance.uniform(0.8, 1.6), chance.randrange(3)
         c, s = size * math.cos(turn), size * math.sin(turn)
         objects.append({"type": "instance", "mesh": "tree", "material": f"leaf-{green}",
                         "transform": [c, 0, -s, 0, 0, size, 0, 0, s, 0, c, 0, x, 0, z, 1]})
-    job = body("forest", camera((3, 3.4, 41.5), (0, 0.5, 33.5), 48), objects, [light((60, 45, 60), 2.5, 0.95)],
+    job = body("forest", camera((3, 3.4, 4), (0, 0.5, -4), 48), objects, [light((60, 45, 22), 2.5, 0.95)],
                background=[0.55, 0.7, 0.9])
     job["scene"]["meshes"] = {"tree": numbers(positions, faces)}
     job["scene"]["materials"] = {f"leaf-{k}": matte(0.35 + 0.1 * k, 0.55, 0.2) for k in range(3)}
@@ -367,11 +369,13 @@ SCENES = {
 
 
 def write(name, folder):
-    """The file of the scene's POST body, written if it is not there yet."""
-    path = Path(folder) / f"{name}.json"
-    if not path.is_file():
+    """The file of the scene's POST body. Where it was another scene, its reference images are removed, beside the folder."""
+    path, text = Path(folder) / f"{name}.json", json.dumps(SCENES[name]())
+    if not path.is_file() or path.read_text() != text:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(SCENES[name]()))
+        path.write_text(text)
+        for image in (path.parents[1] / "references").glob(f"{name}-*"):
+            image.unlink()
     return path
 
 

@@ -27,12 +27,12 @@ class Random {
   std::uint32_t state_;
 };
 
-struct DiscPoint {
+struct SamplePoint {
   float x, y;
 };
 
 /// Shirley and Chiu's concentric map from the unit square to the unit disc.
-inline DiscPoint concentric(float u, float v) {
+inline SamplePoint concentric(float u, float v) {
   constexpr float quarter_pi = 0.785398163f;
   const float a = 2 * u - 1, b = 2 * v - 1;
   const bool is_steep = std::fabs(a) > std::fabs(b);
@@ -40,20 +40,21 @@ inline DiscPoint concentric(float u, float v) {
   const float quotient = radius == 0 ? 0 : (is_steep ? b : a) / radius;
   const float angle = quarter_pi * quotient;
   const float c = radius * std::cos(angle), s = radius * std::sin(angle);
-  return is_steep ? DiscPoint{c, s} : DiscPoint{s, c};
+  return is_steep ? SamplePoint{c, s} : SamplePoint{s, c};
 }
 
-/// Ready-made sets of points on the disc. A (hit, light) takes one and turns it, which costs nothing beside its rays.
-class DiscPatterns {
+/// Ready-made sets of points on the unit disc or square. A (hit, light) takes one and turns or shifts it, which costs
+/// nothing beside its rays.
+class PointPatterns {
  public:
   static constexpr std::uint32_t count = 64;
 
   /// `next(set, i)` is point i of a set.
   template <class Next>
-  DiscPatterns(int samples, const Next& next) : samples_(samples) {
+  PointPatterns(int samples, const Next& next) : samples_(samples) {
     for (std::uint32_t set = 0; set < count; ++set) {
       for (int i = 0; i < samples; ++i) {
-        const DiscPoint point = next(set, i);
+        const SamplePoint point = next(set, i);
         x_.push_back(point.x), y_.push_back(point.y);
       }
     }
