@@ -12,7 +12,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[3]
 EDGE = 800  # pixels of every image
-EDGES = {"lights-1000": 200}  # but of those: a ray for each point and light is 300 million in 800 x 800
+EDGES = {"lights-1000": 100}  # but of those: a ray for each point and light is 300 million in 800 x 800
 PATIENCE = {"lights-1000": 15}  # seconds of one picture, after which a renderer is asked for no finer one, if not 30
 # Of corners in the order of their coordinates.
 BOX_FACES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [1, 5, 7], [1, 7, 3], [0, 2, 6], [0, 6, 4]]
@@ -341,7 +341,7 @@ def lamps(count=1000, edge=32):
             balls.append({"type": "sphere", "center": (corner + [0.27, 0.2, 0.27]).tolist(), "radius": 0.2, "material": matte(0.7, 0.6, 0.5)})
     town = mesh(np.concatenate(boxes), np.concatenate([faces + 8 * k for k in range(len(boxes))]), matte(0.65, 0.65, 0.7))
     places = chance.sample([(i, j) for i in range(edge) for j in range(edge)], count)
-    lights = [{"type": "point", "position": [i - edge / 2 + 0.78, chance.uniform(0.35, 0.7), j - edge / 2 + 0.78], "radius": 0.05,
+    lights = [{"type": "point", "position": [i - edge / 2 + 0.78, chance.uniform(0.35, 0.7), j - edge / 2 + 0.78], "radius": 0.12,
                "intensity": [0.08 * c for c in chance.choice([(1, 0.75, 0.45), (1, 0.9, 0.7), (0.6, 0.8, 1)])],
                "attenuation": [0.1, 0, 1]} for i, j in places]
     return body(f"lights-{count}", camera((7, 8, 17), (0, 0, 4), 42), [town, *balls, floor(0, 30, matte(0.6, 0.6, 0.62))], lights, ambient=0.03)
