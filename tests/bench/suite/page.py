@@ -12,6 +12,15 @@ BARS, MEDIAN_BARS = [1.5, 2, 4, 10], [2, 4, 8, 20]
 ENOUGH = 1.5  # times the picture without lights: so a scene is bounded by its camera rays and surfaces
 
 
+def short(value):
+    return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
+
+
+def firsts(reports):
+    """Of each scene the report on the fewest threads."""
+    return list({r["scene"]: r for r in sorted(reports, key=lambda r: (r["scene"], -r["threads"]))}.values())
+
+
 def dark_seconds(report):
     """Penumbra's time for the picture without lights."""
     return statistics.median(report["without_lights_s"])
@@ -50,7 +59,7 @@ def cell(report, target, bar):
         return "none -"
     value, sign = found
     mark = "+" if value >= bar else "=" if own_seconds(report, target) <= ENOUGH * dark_seconds(report) else "-"
-    return f"{sign}{value:.2g} {mark}"
+    return f"{sign}{short(value)} {mark}"
 
 
 def bound(report, target):
@@ -65,7 +74,7 @@ def bound(report, target):
     if ENOUGH * share >= 1:
         return f"camera rays and surfaces, {100 * share:.0f} %"
     rest_us = 1e6 * (own - dark_seconds(report)) * report["threads"] / report["edge"] ** 2
-    return f"{100 * share:.0f} % without lights; the rest {rest_us:.2g} us a pixel, {rays:.2g} shadow rays"
+    return f"{100 * share:.0f} % without lights; the rest {short(rest_us)} us a pixel, {short(rays)} shadow rays"
 
 
 def rows_of(reports, threads):
@@ -94,9 +103,8 @@ def explanation(threads):
 def print_ratios(reports):
     for threads in sorted({r["threads"] for r in reports}):
         print_table(explanation(threads), [headings(), *rows_of(reports, threads)])
-    least = min(r["threads"] for r in reports)
     print_table("What bounds each, at 1e-2 and at 1e-3", [("scene", "1e-2", "1e-3"), *(
-        (r["scene"], bound(r, 1e-2), bound(r, 1e-3)) for r in reports if r["threads"] == least)])
+        (r["scene"], bound(r, 1e-2), bound(r, 1e-3)) for r in firsts(reports))])
 
 
 def plots(reports):
@@ -134,8 +142,7 @@ def write(reports):
     parts = []
     for threads in sorted({r["threads"] for r in reports}):
         parts.append(f"<h2>{html.escape(explanation(threads))}</h2>" + html_table([headings(), *rows_of(reports, threads)]))
-    least = min(r["threads"] for r in reports)
-    shown = [r for r in reports if r["threads"] == least]
+    shown = firsts(reports)
     parts.append("<h2>What bounds each</h2>" + html_table([("scene", *(f"{t:.0e}" for t in TARGETS)), *(
         (r["scene"], *(bound(r, t) for t in TARGETS)) for r in shown)]))
     style = ("body{font:13px sans-serif;margin:1.5em}h2{font-size:14px}table{border-collapse:collapse}"
