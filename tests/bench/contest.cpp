@@ -77,9 +77,10 @@ void compete(std::vector<Contestant>& contestants, const render::Film& reference
       measure(contestant, contestant.budgets.back(), 0, reference, contestant.best);
       const bool is_reached = last.rmse.front() < settings.target;
       const bool is_finest = contestant.budgets.size() == contestant.samples.size();
-      contestant.is_cut = !is_reached && !is_finest && last.seconds.front() > settings.patience_s;
+      const bool is_slow = last.seconds.front() > settings.patience_s;
+      contestant.is_cut = !is_reached && !is_finest && is_slow;
       contestant.is_done =
-          (is_reached && contestant.budgets.size() >= contestant.least_budgets) || is_finest || contestant.is_cut;
+          (is_reached && contestant.budgets.size() >= contestant.least_budgets) || is_finest || is_slow;
     }
     drop_slow(contestants, budget);
   }
