@@ -10,6 +10,7 @@
 #include "engine/geometry/polygon.h"
 #include "engine/math/constants.h"
 #include "engine/render/compile_lights.h"
+#include "engine/shading/light_tree.h"
 
 namespace penumbra::render {
 namespace {
@@ -357,6 +358,8 @@ Compiled compile(const scene::Description& description, const CompileSettings& s
   Compiled result;
   Compiler(description, settings).add_objects(result.scene);
   result.scene.lights = compile_lights(description.lights, result.scene.world, settings, result.merged_lights);
+  if (result.scene.lights.size() > shading::LightTree::most_without)
+    result.scene.light_tree = std::make_shared<const shading::LightTree>(result.scene.lights);
   result.scene.background = description.background;
   result.scene.ambient = description.ambient;
   return result;

@@ -56,6 +56,24 @@ bool differ_only_in_brightness(scene::Light a, scene::Light b) {
   return a == b;
 }
 
+/// Where it is, or the way that it shines from infinity.
+std::array<double, 3> place_of(const scene::Light& light) {
+  const Vec3 place = std::visit(
+      [](const auto& l) {
+        if constexpr (requires { l.position; }) {
+          return l.position;
+        } else if constexpr (requires { l.center; }) {
+          return l.center;
+        } else if constexpr (requires { l.corner; }) {
+          return l.corner;
+        } else {
+          return l.direction;
+        }
+      },
+      light);
+  return {place.x, place.y, place.z};
+}
+
 /// Finds the spheres of the scene that show lights.
 class Lamps {
  public:
@@ -124,14 +142,17 @@ class FreeSpace {
 std::vector<shading::Light> compile_lights(const std::vector<scene::Light>& lights, const accel::World& world,
                                            const CompileSettings& settings, std::uint64_t& merged) {
   std::vector<scene::Light> kept;
+  std::multimap<std::array<double, 3>, std::size_t> kept_at;
   for (scene::Light light : lights) {
     if (settings.is_canceled()) break;
-    const auto twin = std::find_if(kept.begin(), kept.end(),
-                                   [&](const scene::Light& l) { return differ_only_in_brightness(l, light); });
-    if (settings.merge_lights && twin != kept.end()) {
-      brightness(*twin) += brightness(light);
+    const auto [begin, end] = kept_at.equal_range(place_of(light));
+    const auto twin =
+        std::find_if(begin, end, [&](const auto& at) { return differ_only_in_brightness(kept[at.second], light); });
+    if (settings.merge_lights && twin != end) {
+      brightness(kept[twin->second]) += brightness(light);
       ++merged;
     } else {
+      kept_at.emplace(place_of(light), kept.size());
       kept.push_back(light);
     }
   }

@@ -15,7 +15,7 @@ constexpr std::uint64_t pattern_place = 1, lens_check_place = 2, first_sample_pl
 
 }  // namespace
 
-double squared_error(const Color& value, const Color& variance) {
+double squared_error(const Color& value, const Color& variance, double light_error) {
   const auto channel = [](double v, double variance_of_v) {
     if (!(variance_of_v > 0)) return variance_of_v;
     // What clamping leaves of a normally distributed error, within a few hundredths.
@@ -27,7 +27,8 @@ double squared_error(const Color& value, const Color& variance) {
     const double near = std::max(0.0, 1 - above / 3.2);
     return variance_of_v * 0.5 * near * near * near * near * near;
   };
-  return channel(value.r, variance.r) + channel(value.g, variance.g) + channel(value.b, variance.b);
+  const Color all = variance + math::grey(light_error * light_error);
+  return channel(value.r, all.r) + channel(value.g, all.g) + channel(value.b, all.b);
 }
 
 geometry::Ray PixelRays::center_ray(int column, int row, const sampling::Place& lens) const {
@@ -49,20 +50,22 @@ void PixelRays::trace_centers(const PixelBlock& block, const shading::DiscSampli
   std::array<Sample, shading::lane_count> samples;
   integrator.trace(std::span(rays).first(block.size()), sampling, samples.data());
   for (std::size_t i = 0; i < block.size(); ++i) {
-    const Color& seen = samples[i].radiance;
-    pixels[i] = {seen, has_lens() ? squared_error_of_lens(places[i], seen, sampling, integrator)
-                                  : squared_error(seen, samples[i].variance.measured)};
+    const Sample& seen = samples[i];
+    pixels[i] = {seen.radiance,
+                 has_lens() ? squared_error_of_lens(places[i], seen, sampling, integrator)
+                            : squared_error(seen.radiance, seen.variance.measured, seen.light_error),
+                 seen.light_error};
   }
 }
 
-double PixelRays::squared_error_of_lens(const PixelBlock::Place& pixel, const Color& color,
+double PixelRays::squared_error_of_lens(const PixelBlock::Place& pixel, const Sample& seen,
                                         const shading::DiscSampling& sampling, shading::Integrator& integrator) const {
   const auto [column, row] = pixel;
   const sampling::Key pixel_key = key(column, row), place = pixel_key.at(lens_check_place);
   if (place.bits() % pixels_per_lens_check != 0) return 0;
   const geometry::Ray other = center_ray(column, row, {pixel_key, lens_check_place});
-  const Color apart = integrator.trace(other, sampling, place.at(first_sample_place)).radiance - color;
-  return pixels_per_lens_check * squared_error(color, apart * apart * 0.5);
+  const Color apart = integrator.trace(other, sampling, place.at(first_sample_place)).radiance - seen.radiance;
+  return pixels_per_lens_check * squared_error(seen.radiance, apart * apart * 0.5, seen.light_error);
 }
 
 PixelRays::Several::Several(const PixelRays& rays, int column, int row)

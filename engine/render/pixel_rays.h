@@ -13,11 +13,12 @@ struct Pixel {
   math::Color color;
   // Estimated, summed over the channels; 0 where clamping hides it. On average over many: one may even be negative.
   double squared_error = 0;
+  double light_error = 0;  // the part of lights that stand for others, of any channel
 };
 
 /// The variance of a pixel's color as its squared error, which is measured clamped to display range: a channel far
-/// above 1 has none.
-double squared_error(const math::Color& value, const math::Color& variance);
+/// above 1 has none. Lights that stand for others make a `light_error` besides.
+double squared_error(const math::Color& value, const math::Color& variance, double light_error = 0);
 
 /// Pixels that are lit together: of a square of the picture, right and bottom exclusive, those in the middle of every
 /// `stride` pixels.
@@ -92,9 +93,9 @@ class PixelRays {
 
  private:
   geometry::Ray center_ray(int column, int row, const sampling::Place& lens) const;
-  /// The squared error of `color`, found with one ray, on average over many pixels: what the lens hides from it is
-  /// added by a few of them for all.
-  double squared_error_of_lens(const PixelBlock::Place& pixel, const math::Color& color,
+  /// The squared error of what is `seen`, found with one ray, on average over many pixels: what the lens hides from it
+  /// is added by a few of them for all.
+  double squared_error_of_lens(const PixelBlock::Place& pixel, const Sample& seen,
                                const shading::DiscSampling& sampling, shading::Integrator& integrator) const;
 
   const Camera& camera_;

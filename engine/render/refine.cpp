@@ -54,9 +54,11 @@ PixelSampler::PixelSampler(const shading::Scene& scene, const Camera& camera, co
       sampling_(pass.shadow_samples),
       rays_(camera, options.seed) {
   sampling_.may_lean = pass.samples_per_pixel == 1;
-  if (options.target_error && stride_ == 1 && samples_per_pixel_ > 1)
-    refiner_.emplace(rays_, *options.target_error / math::power_of_two(options.exposure), pass.samples_per_pixel,
-                     pass.shadow_samples);
+  if (!options.target_error) return;
+  const double target = *options.target_error / math::power_of_two(options.exposure);
+  light_error_ = light_error_share * target;
+  if (stride_ == 1 && samples_per_pixel_ > 1)
+    refiner_.emplace(rays_, target, pass.samples_per_pixel, pass.shadow_samples);
 }
 
 shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_stopped) const {
@@ -66,16 +68,32 @@ shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_sto
 shading::Integrator PixelSampler::integrator(const std::function<bool()>& is_stopped, bool has_neighbours) const {
   shading::Switches switches = switches_;
   switches.light_cells = switches.light_cells && has_neighbours;
-  return {scene_, {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches}, is_stopped};
+  return {scene_,
+          {options_.max_depth, options_.min_contribution, camera_.pixel_width(), switches, light_error_},
+          is_stopped};
 }
 
 void PixelSampler::prepare(int least, const std::function<bool()>& is_stopped) {
   if (!options_.target_error || stride_ > 1 || samples_per_pixel_ > 1) return;
+  const double target = *options_.target_error / math::power_of_two(options_.exposure);
+  // If the picture was further off than it seemed to pixels here and there, bounds are safe.
+  if (least == 0) choose_light_error(light_error_share * target, is_stopped);
   shading::Integrator looking = integrator(is_stopped, false);
   const int most = sampling_.spiral.count();
-  const double target = *options_.target_error / math::power_of_two(options_.exposure);
   const int chosen = samples_for_target(rays_, options_.width, options_.height, target, most, looking);
   sampling_ = shading::DiscSampling(std::min(most, std::max(least, chosen)));
+}
+
+void PixelSampler::choose_light_error(double allowed, const std::function<bool()>& is_stopped) {
+  if (!scene_.light_tree || !switches_.light_tree || !switches_.drawn_lights) return;
+  constexpr double least_step = 0.8;
+  for (light_error_ = most_light_error * allowed; light_error_ > allowed;) {
+    shading::Integrator looking = integrator(is_stopped, false);
+    const double found = light_error_of(rays_, options_.width, options_.height, looking);
+    if (found <= allowed) return;
+    light_error_ *= std::min(least_step, allowed / found);
+  }
+  light_error_ = allowed;
 }
 
 std::optional<Color> PixelSampler::background_of(const Canvas::Tile& tile) const {
@@ -150,6 +168,7 @@ void PixelSampler::sample_several(const PixelBlock& block, shading::Integrator& 
   const auto places = block.places();
   for (std::size_t i = 0; i < block.size(); ++i) several.emplace_back(rays_, places[i].column, places[i].row);
   std::array<sampling::Halves, shading::lane_count> halves;  // of a sequence: the first and the last samples
+  std::array<double, shading::lane_count> light_error{};
   std::array<PixelRays::Sample, shading::lane_count> samples;
   for (std::size_t begin = 0; begin < all; begin += shading::lane_count) {
     const std::size_t count = std::min(shading::lane_count, all - begin);
@@ -158,11 +177,13 @@ void PixelSampler::sample_several(const PixelBlock& block, shading::Integrator& 
       return several[at / each].ray(static_cast<std::uint32_t>(at % each));
     });
     integrator.trace(std::span(rays).first(count), sampling_, samples.data());
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t i = 0; i < count; ++i) {
       halves[(begin + i) / each].add(2 * ((begin + i) % each) >= each, samples[i].radiance);
+      light_error[(begin + i) / each] += samples[i].light_error / samples_per_pixel_;
+    }
   }
   for (std::size_t i = 0; i < block.size(); ++i)
-    pixels[i] = {halves[i].mean(), squared_error(halves[i].mean(), halves[i].variance(rays_.order()))};
+    pixels[i] = {halves[i].mean(), squared_error(halves[i].mean(), halves[i].variance(rays_.order()), light_error[i])};
 }
 
 }  // namespace penumbra::render

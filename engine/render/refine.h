@@ -14,6 +14,12 @@
 
 namespace penumbra::render {
 
+/// Of the error asked for: what lights that stand for others may make of any channel of a pixel, root mean square. The
+/// rest adds to it in squares.
+inline constexpr double light_error_share = 0.5;
+/// What bounds allow is many times as much as it mostly is: at most so many times are tried.
+inline constexpr double most_light_error = 8;
+
 /// One sweep over the image: a sample block every `stride` pixels, with these numbers of samples.
 struct Pass {
   int stride = 1;
@@ -51,6 +57,9 @@ class PixelSampler {
 
  private:
   shading::Integrator integrator(const std::function<bool()>& is_stopped, bool has_neighbours) const;
+  /// Lets lights stand for others as far as what they make of the picture, told by pixels here and there, is what they
+  /// may make of it.
+  void choose_light_error(double allowed, const std::function<bool()>& is_stopped);
   void sample(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const;
   Pixel sample_one(int column, int row, shading::Integrator& integrator) const;
   void sample_several(const PixelBlock& block, shading::Integrator& integrator, Pixel* pixels) const;
@@ -63,6 +72,7 @@ class PixelSampler {
   int stride_, samples_per_pixel_;
   Switches switches_;
   shading::DiscSampling sampling_;
+  double light_error_ = 0;  // that lights may make by standing for others
   PixelRays rays_;
   std::optional<TileRefiner> refiner_;
 };

@@ -9,4 +9,8 @@ namespace penumbra::render {
 int samples_for_target(const PixelRays& rays, int width, int height, double target, int most,
                        shading::Integrator& integrator);
 
+/// What lights that stand for others make of a picture of one camera ray a pixel, root mean square: told by what
+/// squares of pixels here and there show.
+double light_error_of(const PixelRays& rays, int width, int height, shading::Integrator& integrator);
+
 }  // namespace penumbra::render

@@ -101,10 +101,11 @@ struct TileRefiner::Several {
   Color sum = {}, sum_of_half = {}, sum_of_squares = {};
   Color apart = {}, apart_before = {};  // of the halves of the samples and of the first half's halves, squared
   double light_variance = 0;            // the soft lights' part of the sum's variance
+  double light_error = 0;               // of the sum, from lights that stand for others
   std::optional<double> contrast = {};  // squared, to what is seen beside it where that is another tile's
   bool is_ending = false;
 
-  void restart() { *this = {rays, place, 0, {}, {}, {}, {}, {}, 0, contrast, false}; }
+  void restart() { *this = {rays, place, 0, {}, {}, {}, {}, {}, 0, 0, contrast, false}; }
   void take_up_to(int end, const shading::DiscSampling& sampling, shading::Integrator& integrator) {
     std::array<PixelRays::Sample, shading::lane_count> samples;
     while (count < end) {
@@ -115,9 +116,9 @@ struct TileRefiner::Several {
       integrator.trace(std::span(together).first(static_cast<std::size_t>(size)), sampling, samples.data());
       for (int i = 0; i < size; ++i, ++count) {
         if (count == first_half(end)) sum_of_half = sum;
-        const auto& [radiance, variance] = samples[static_cast<std::size_t>(i)];
+        const auto& [radiance, variance, light_error_of_sample] = samples[static_cast<std::size_t>(i)];
         sum += radiance, sum_of_squares += radiance * radiance;
-        light_variance += math::max_channel(variance.modelled);
+        light_variance += math::max_channel(variance.modelled), light_error += light_error_of_sample;
       }
     }
     apart_before = apart, apart = variance(sampling::Halves::independent);
@@ -161,7 +162,8 @@ std::vector<Pixel> TileRefiner::refine(const Canvas::Tile& tile, const std::func
       }
       const Trend trend = trend_of(active);
       for (const Several& pixel : active)
-        pixels[pixel.place] = {pixel.mean(), squared_error(pixel.mean(), pixel.variance(trend.order))};
+        pixels[pixel.place] = {
+            pixel.mean(), squared_error(pixel.mean(), pixel.variance(trend.order), pixel.light_error / pixel.count)};
       std::erase_if(active, [&](const Several& pixel) {
         return pixel.is_ending && math::max_channel(pixel.spread()) * trend.of_spread < revoking * squared_target_;
       });

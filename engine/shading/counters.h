@@ -19,9 +19,11 @@ struct Counters {
   Count area_samples_exact = 0;      // of area lights in full view: their diffuse light has a closed form
   Count camera_rays_bundled = 0;     // cast, but on the way of another ray
   Count hidden_spheres = 0;          // not looked at more closely: larger ones hide them
+  Count lights_culled = 0;           // added nothing, as bounds over several of them tell
   Count lights_facing_away = 0;      // light and viewer on different sides
   Count lights_from_candidates = 0;  // told by the surfaces that may touch the light's cone
   Count lights_from_cells = 0;       // told by what neighbouring points share
+  Count lights_from_drawn = 0;       // faint: others, drawn at random, stood for them
   Count lights_from_few_rays = 0;    // of few samples: nobody looked for what may hide them
   Count lights_from_neighbours = 0;  // of samples: those of points side by side told more of each
   Count lights_without_effect = 0;   // outside the spot, or no diffuse and no highlight
@@ -45,15 +47,17 @@ auto by_name_of_ray(Rays& rays) {
 }
 template <class Of>
 auto by_name_of_work(Of& counters) {
-  [[maybe_unused]] auto& [rays, exact, camera_bundled, spheres, away, candidates, cells, few, neighbours,
+  [[maybe_unused]] auto& [rays, exact, camera_bundled, spheres, culled, away, candidates, cells, drawn, few, neighbours,
                           without_effect, negligible, agreed, bundled, covered, dark, listed, lit] = counters;
   using Named = std::pair<const char*, decltype(&exact)>;
   return std::array{Named{"area_samples_exact", &exact},
                     Named{"camera_rays_bundled", &camera_bundled},
                     Named{"hidden_spheres", &spheres},
+                    Named{"lights_culled", &culled},
                     Named{"lights_facing_away", &away},
                     Named{"lights_from_candidates", &candidates},
                     Named{"lights_from_cells", &cells},
+                    Named{"lights_from_drawn", &drawn},
                     Named{"lights_from_few_rays", &few},
                     Named{"lights_from_neighbours", &neighbours},
                     Named{"lights_without_effect", &without_effect},

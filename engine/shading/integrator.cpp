@@ -12,10 +12,25 @@ namespace {
 using math::dot;
 
 // Places inside a path's key.
-constexpr std::uint64_t reflected_path = 1, transmitted_path = 2, first_light = 16;
+constexpr std::uint64_t reflected_path = 1, transmitted_path = 2, light_choice = 3, first_light = 16;
 
 /// Somebody who cancels waits as long as these take, beside a single ray.
 constexpr std::size_t lights_between_looks = 16;
+
+/// How far off a sum is of values drawn from parts side by side, with what each is off by itself: as the values of
+/// every other part and the next differ.
+class Pairs {
+ public:
+  void add(const Color& value) {
+    if (is_second_) squares_ += (value - first_) * (value - first_);
+    first_ = value, is_second_ = !is_second_;
+  }
+  double error() const { return std::sqrt(math::max_channel(squares_)); }
+
+ private:
+  Color first_, squares_;
+  bool is_second_ = false;
+};
 
 /// Snell's refraction of the unit `v` at the unit normal `n` (facing v), `ratio` = ior outside / inside. Nothing under
 /// total internal reflection.
@@ -36,10 +51,11 @@ Integrator::Integrator(const Scene& scene, const IntegratorSettings& settings, c
 
 Integrator::Sample Integrator::trace(const geometry::Ray& ray, const DiscSampling& sampling, const sampling::Key& key) {
   sampling_ = &sampling;
-  variance_ = {};
+  variance_ = {}, light_error_ = 0;
   ++counters_.rays.camera;
-  const Color value = radiance(ray, accel::closest_hit(scene_.world, ray), {}, key);
-  return {value, variance_};
+  const Color value =
+      radiance(ray, accel::closest_hit(scene_.world, ray), {0, 0, math::white, settings_.light_error}, key);
+  return {value, variance_, light_error_};
 }
 
 unsigned Integrator::meet(const accel::Bundle& rays, accel::Hit* hits, geometry::SurfacePoint* surfaces) {
@@ -92,12 +108,12 @@ void Integrator::trace(std::span<const CameraRay> rays, const DiscSampling& samp
     samples[i] = {has_met ? math::black : scene_.background, {}};
     if (!has_met || is_canceled) continue;
     const ShadingPoint& at = points.point(lanes[i]);
-    const Path path{0, distances[i], math::white};
-    variance_ = sums.variance[lanes[i]];
+    const Path path{0, distances[i], math::white, settings_.light_error};
+    variance_ = sums.variance[lanes[i]], light_error_ = sums.light_error[lanes[i]];
     samples[i].radiance = unlit(at, path);
     if (at.material->is_lit) samples[i].radiance += sums.color[lanes[i]];
     if (settings_.max_depth > 0) samples[i].radiance += secondary(at, path, rays[i].key);
-    samples[i].variance = variance_;
+    samples[i].variance = variance_, samples[i].light_error = light_error_;
   }
 }
 
@@ -106,9 +122,9 @@ Color Integrator::radiance(const geometry::Ray& ray, const std::optional<accel::
   if (is_canceled_()) return math::black;
   if (!hit) return scene_.background;
   const ShadingPoint at = point(ray.direction, *hit, accel::surface_at(scene_.world, ray, *hit), path.distance);
-  const Path here{path.depth, path.distance + hit->t, path.weight};
+  const Path here{path.depth, path.distance + hit->t, path.weight, path.light_error};
   Color result = unlit(at, path);
-  if (at.material->is_lit) result += direct(at, path.weight, key);
+  if (at.material->is_lit) result += direct(at, path, key);
   if (path.depth < settings_.max_depth) result += secondary(at, here, key);
   return result;
 }
@@ -130,25 +146,96 @@ Color Integrator::unlit(const ShadingPoint& at, const Path& path) const {
   return result;
 }
 
-Color Integrator::direct(const ShadingPoint& at, const Color& weight, const sampling::Key& key) {
-  const Lighting lighting{scene_, settings_.switches, *sampling_, is_canceled_, counters_, shadows_, at,
-                          weight, variance_};
-  Color sum;
-  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
-    if ((i + 1) % lights_between_looks == 0 && is_canceled_()) return math::black;
-    const LightPlace place{i, {key, first_light + i}};
-    sum += std::visit([&](const auto& light) { return lit_by(light, lighting, place); }, scene_.lights[i]);
+double Integrator::own_error(const CompiledMaterial& material, const Path& path) const {
+  const bool goes_on = path.depth < settings_.max_depth && (material.reflects || material.transmits);
+  return goes_on ? path.light_error / 2 : path.light_error;
+}
+
+template <class Region>
+void Integrator::choose_lights(const Region& region, std::size_t points, double error, const sampling::Key& key) {
+  if (!scene_.light_tree || !settings_.switches.light_tree) return lights_.take_all(scene_.lights.size());
+  lights_.take(*scene_.light_tree, region(), settings_.switches.drawn_lights ? error : 0, key.at(light_choice));
+  counters_.lights_culled += points * lights_.culled();
+  counters_.lights_from_drawn += points * lights_.unseen();
+}
+
+template <class Use>
+bool Integrator::each_light(const Use& use) {
+  std::size_t looked_at = 0;
+  bool goes_on = true;
+  lights_.for_each([&](std::size_t light) {
+    goes_on = ++looked_at % lights_between_looks != 0 || !is_canceled_();
+    if (goes_on) std::visit([&](const auto& kind) { use(kind, light); }, scene_.lights[light]);
+    return goes_on;
+  });
+  return goes_on;
+}
+
+template <class Use>
+bool Integrator::each_drawn_light(const Use& use) {
+  std::size_t looked_at = 0;
+  for (const auto& [light, times] : lights_.drawn()) {
+    if (++looked_at % lights_between_looks == 0 && is_canceled_()) return false;
+    std::visit([&, index = light, scale = times](const auto& kind) { use(kind, index, scale); }, scene_.lights[light]);
   }
-  return sum;
+  return true;
+}
+
+Color Integrator::direct(const ShadingPoint& at, const Path& path, const sampling::Key& key) {
+  const auto region = [&] {
+    LitRegion around;
+    around.add(at, path.weight);
+    return around;
+  };
+  choose_lights(region, 1, own_error(*at.material, path), key);
+  const auto lighting = [&](Variance& variance) {
+    return Lighting{scene_, settings_.switches, *sampling_, is_canceled_, counters_, shadows_,
+                    at,     path.weight,        variance};
+  };
+  const Lighting of_each = lighting(variance_);
+  Color sum;
+  bool is_whole = each_light([&](const auto& light, std::size_t i) {
+    sum += lit_by(light, of_each, {i, {key, first_light + i}});
+  });
+  Variance unused;
+  const Lighting of_drawn = lighting(unused);
+  Pairs pairs;
+  is_whole = is_whole && each_drawn_light([&](const auto& light, std::size_t i, double times) {
+               const Color more = lit_by(light, of_drawn, {i, {key, first_light + i}}) * times;
+               sum += more, pairs.add(filtered(path.weight, more));
+             });
+  light_error_ += pairs.error();
+  return is_whole ? sum : math::black;
 }
 
 void Integrator::light_together(const PointBatch& points, const sampling::Key* keys, BatchSums& sums) {
-  const BatchLighting lighting{scene_, settings_.switches, *sampling_, is_canceled_, counters_, shadows_, points, keys,
-                               sums};
-  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
-    if ((i + 1) % lights_between_looks == 0 && is_canceled_()) return;
-    std::visit([&](const auto& light) { light_batch(light, lighting, {i, first_light + i}); }, scene_.lights[i]);
-  }
+  const Path from_camera{0, 0, math::white, settings_.light_error};
+  double error = settings_.light_error;
+  for_each_lane(points.lit(), [&](std::size_t lane) {
+    error = std::min(error, own_error(*points.point(lane).material, from_camera));
+  });
+  const auto region = [&] {
+    LitRegion around;
+    for_each_lane(points.lit(), [&](std::size_t lane) { around.add(points.point(lane), math::white); });
+    return around;
+  };
+  choose_lights(region, static_cast<std::size_t>(std::popcount(points.lit())), error,
+                keys[std::countr_zero(points.lit())]);
+  const auto lighting = [&](BatchSums& into) {
+    return BatchLighting{scene_, settings_.switches, *sampling_, is_canceled_, counters_, shadows_, points, keys, into};
+  };
+  const BatchLighting of_each = lighting(sums);
+  if (!each_light([&](const auto& light, std::size_t i) { light_batch(light, of_each, {i, first_light + i}); })) return;
+  if (lights_.drawn().empty()) return;
+  std::array<Pairs, lane_count> pairs;
+  each_drawn_light([&](const auto& light, std::size_t i, double times) {
+    BatchSums one;
+    light_batch(light, lighting(one), {i, first_light + i});
+    for_each_lane(points.lit(), [&](std::size_t lane) {
+      sums.color[lane] += one.color[lane] * times, pairs[lane].add(one.color[lane] * times);
+    });
+  });
+  for_each_lane(points.lit(), [&](std::size_t lane) { sums.light_error[lane] = pairs[lane].error(); });
 }
 
 Color Integrator::secondary(const ShadingPoint& at, const Path& path, const sampling::Key& key) {
@@ -165,6 +252,7 @@ Color Integrator::secondary(const ShadingPoint& at, const Path& path, const samp
       if (!through) reflection = reflection + transmission;
     }
   }
+  const double light_error = path.light_error / (material.reflects && material.transmits ? 4 : 2);
   Color result;
   const auto follow = [&](const Color& factor, const auto& towards, std::uint64_t which, std::uint64_t& counter) {
     if (math::is_black(factor)) return;
@@ -177,7 +265,7 @@ Color Integrator::secondary(const ShadingPoint& at, const Path& path, const samp
     const Vec3 direction = towards();
     const geometry::Ray ray{leave_surface(at.surface, direction), direction, at.id};
     result += filtered(factor, radiance(ray, accel::closest_hit(scene_.world, ray),
-                                        {path.depth + 1, path.distance, weight}, key.at(which)));
+                                        {path.depth + 1, path.distance, weight, light_error}, key.at(which)));
   };
   const auto mirrored = [&] { return math::normalize(v - n * (2 * dot(v, n))); };
   follow(reflection, mirrored, reflected_path, counters_.rays.reflection);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <variant>
 #include <vector>
 
@@ -54,12 +55,15 @@ struct CompiledMaterial : scene::Material {
   bool reflects = false, transmits = false;
 };
 
+class LightTree;
+
 /// A scene as rays need it. Immutable; may be shared between threads.
 struct Scene {
   accel::World world;
   std::vector<CompiledMaterial> materials;
   std::vector<std::uint32_t> item_material;  // of World::items
   std::vector<Light> lights;
+  std::shared_ptr<const LightTree> light_tree;  // over `lights`, where they are many
   Color background, ambient;
   double extent = 0;                     // the largest coordinate of what is not infinite, for a scene with area lights
   bool has_many_quadrics = false;        // of finite size

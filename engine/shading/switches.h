@@ -3,8 +3,9 @@
 namespace penumbra::shading {
 
 /// Parts of shading that save time, or error for the same time, each of which may be switched off. Without
-/// `camera_bundles`, `hidden_spheres`, `shadow_bundles` or `lights_without_share`, and without `light_cells` where no
-/// light is an area light and no error is asked for, the image is the same bit by bit; else within its estimated error.
+/// `camera_bundles`, `hidden_spheres`, `shadow_bundles`, `lights_without_share` or `light_tree` (if no error is asked
+/// for), and without `light_cells` where no light is an area light and no error is asked for, the image is the same bit
+/// by bit; else within its estimated error.
 struct Switches {
   bool camera_bundles = true;     // camera rays side by side are followed together to what they meet
   bool shadow_candidates = true;  // one query of a light's whole cone instead of a ray per sample
@@ -17,6 +18,8 @@ struct Switches {
   bool exact_area_lights = true;  // a closed form where an area light is in full view
   bool light_cells = true;        // points side by side share what may hide a light
   bool lights_without_share = true;  // no shadow is looked for where a light adds nothing
+  bool light_tree = true;    // of many lights, those that add nothing to a square of pixels are skipped together
+  bool drawn_lights = true;  // with an error asked for, a few of the faint lights of the tree stand for the rest
 };
 
 }  // namespace penumbra::shading

@@ -32,6 +32,8 @@ constexpr std::array parts{Part{"shadow_candidates", of_shading<&shading::Switch
                            Part{"hidden_spheres", of_shading<&shading::Switches::hidden_spheres>, always},
                            Part{"exact_area_lights", of_shading<&shading::Switches::exact_area_lights>, within_error},
                            Part{"light_cells", of_shading<&shading::Switches::light_cells>, unless_weighed},
+                           Part{"light_tree", of_shading<&shading::Switches::light_tree>, unless_weighed},
+                           Part{"drawn_lights", of_shading<&shading::Switches::drawn_lights>, within_error},
                            Part{"lights_without_share", of_shading<&shading::Switches::lights_without_share>, always},
                            Part{"merge_lights", &Switches::merge_lights, within_error},
                            Part{"camera_bundles", &Switches::camera_bundles, always},

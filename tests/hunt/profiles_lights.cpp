@@ -41,6 +41,18 @@ void many_lights(Maker& m) {
   }
 }
 
+void crowds_of_lights(Maker& m) {
+  m.chance(0.7) ? m.floor(m.matt()) : m.floor(m.shiny());
+  m.clutter(3);
+  for (int i = 9 + m.below(24); i > 0; --i) {
+    const Vec3 at = m.point(4, 2, 5);
+    if (m.chance(0.4))
+      m.spot_light(at, m.point(1, 0, 0.5) - at, m.chance(0.5) ? 0 : m.in(0.05, 0.3));
+    else
+      m.point_light(at, m.chance(0.5) ? 0 : m.in(0.05, 0.3), 0.08);
+  }
+}
+
 void panels(Maker& m) {
   m.floor(m.matt());
   m.clutter(3);
@@ -134,6 +146,7 @@ std::vector<Profile> light_profiles() {
   return {{"hard-lights", hard_lights},
           {"spots", spots},
           {"suns", suns},
+          {"crowds-of-lights", crowds_of_lights},
           {"many-lights", many_lights},
           {"panels", panels},
           {"panel-in-ceiling", panel_in_ceiling},

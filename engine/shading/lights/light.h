@@ -52,6 +52,7 @@ Color lit_by(const SphereLight& light, const Lighting& lighting, const LightPlac
 struct BatchSums {
   std::array<Color, lane_count> color{};
   std::array<Variance, lane_count> variance{};
+  std::array<double, lane_count> light_error{};  // of any channel, from lights that stand for others
 };
 
 /// What all lights of points side by side share: camera rays met them, and all of their light arrives.

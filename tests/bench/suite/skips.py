@@ -11,7 +11,7 @@ from suite.common import BIN, print_table, save
 
 RUNS = 5
 # The part, what it counts, scenes (of the benchmark, the predecessor, or clients/scenes) that have something to skip, and shadow
-# samples, if not 64.
+# samples, if not 64, or another option.
 SKIPS = [
     ("shadow-candidates", "shadow_rays_lit", ["room-flat", "bunny-1", "sphereflake"]),
     ("shadow-outlines", "shadow_rays_covered", ["room-flat", "bunny-1", "sphereflake"]),
@@ -23,6 +23,8 @@ SKIPS = [
     ("agreeing-rays", "shadow_rays_agreed", ["bunny-1", "sphereflake"], 4),
     ("hidden-spheres", "hidden_spheres", ["sphereflake", "thousand-spheres"]),
     ("lights-without-share", "lights_without_effect", ["room-flat", "light-triangles-spot"]),
+    ("light-tree", "lights_culled", ["lights-1000"], 4),
+    ("drawn-lights", "lights_from_drawn", ["lights-1000"], "target_error=0.01"),
     ("exact-area-lights", "area_samples_exact", ["cow"]),
     ("merge-lights", "merged_lights", ["room-flat"]),
     ("empty-tiles", "empty_tiles", ["bunny-1", "tetra", "teapot"]),
@@ -31,7 +33,8 @@ SKIPS = [
 
 def render(job, image, samples, without=()):
     stats = image.with_suffix(".json")
-    command = [BIN / "penumbra", "render", job, "-o", image, "--set", "transfer=linear", "--set", f"shadow_samples={samples}",
+    option = f"shadow_samples={samples}" if isinstance(samples, int) else samples
+    command = [BIN / "penumbra", "render", job, "-o", image, "--set", "transfer=linear", "--set", option,
                "--stats", stats, *(word for part in without for word in ("--without", part))]
     subprocess.run([*map(str, command)], check=True, stderr=subprocess.DEVNULL)
     return json.loads(stats.read_text())
