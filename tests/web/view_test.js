@@ -66,6 +66,16 @@ for (const [name, viewport] of Object.entries({narrow, wide})) {
   }, {viewport});
 }
 
+testPage('errors stay in their panel where the window is low', async page => {
+  await write(page, '{"scene": {"name": "Größe", "lights": [}}');
+  await page.click('#render');
+  await page.waitForSelector('#errors:not([hidden])');
+  const [panel, errors, jobs] = await Promise.all(['#job', '#errors', '#jobs'].map(part => page.locator(part).boundingBox()));
+  assert.ok(errors.y + errors.height <= panel.y + panel.height, 'their panel');
+  assert.ok(panel.y + panel.height <= jobs.y, 'the list is below');
+  assert.equal(await page.evaluate(() => document.querySelector('#errors').scrollHeight - document.querySelector('#errors').clientHeight), 0, 'all is said');
+}, {viewport: {width: 900, height: 600}});
+
 for (const colorScheme of ['light', 'dark']) {
   testPage(`what is written can be read where it is ${colorScheme}`, async page => {
     await renderQuick(page);
