@@ -136,7 +136,7 @@ Problem invalid_job(std::vector<FieldError> errors) {
 
 Problem time_limit(double limit_s) {
   char detail[128];
-  std::snprintf(detail, sizeof detail, "the job was stopped after %g seconds, the limit of this server", limit_s);
+  std::snprintf(detail, sizeof detail, "the job was stopped after %g s, the limit of this server", limit_s);
   return make(type("time-limit"), detail);
 }
 
