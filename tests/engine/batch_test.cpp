@@ -208,7 +208,8 @@ TEST_CASE("hard lights: points side by side are lit as each alone is, to the las
         scene::SpotLight{{-5, 7, 5}, math::grey(0.5), {}, 0, math::normalize(Vec3{0.6, -1, -0.6}), 2.5, 50},
         scene::DirectionalLight{{-1, -2, -1}, math::grey(0.3)}};
     job.scene.camera.lens.reset();
-    const auto film = test::render(job).film;
+    const render::Picture picture = test::render(job);
+    const auto& film = picture.film;
     const shading::Scene scene = test::compiled(job.scene);
     const render::Camera camera(job.scene.camera, job.options.width, job.options.height);
     const std::function<bool()> never = [] { return false; };
@@ -224,5 +225,23 @@ TEST_CASE("hard lights: points side by side are lit as each alone is, to the las
         CHECK(rgb[2] == static_cast<float>(seen.b));
       }
     }
+    CHECK(picture.stats.skipped.at("lights_facing_away") == alone.counters().lights_facing_away);
+    CHECK(picture.stats.skipped.at("lights_without_effect") == alone.counters().lights_without_effect);
+  }
+}
+
+TEST_CASE("four points side by side that see all of a light are enough to tell, and a single one is not") {
+  // Nothing stands before the light, and a ray of each point says so.
+  for (const int edge : {2, 1}) {
+    api::JobRequest job =
+        api::parse_job(R"({"scene": {"camera": {"position": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov": 10},
+      "objects": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1], "material": {"diffuse": 0.5}}],
+      "lights": [{"type": "point", "position": [0, 0, 4], "intensity": 1, "radius": 0.5}]},
+      "options": {"samples_per_pixel": 1, "shadow_samples": 4}})");
+    job.options.width = job.options.height = edge;
+    const render::Picture picture = test::render(job);
+    const std::uint64_t points = static_cast<std::uint64_t>(edge) * static_cast<std::uint64_t>(edge);
+    CHECK(picture.stats.rays.shadow == (points == 4 ? points : 4 * points));
+    for (const float value : picture.film->rgb) CHECK(value > 0);
   }
 }
