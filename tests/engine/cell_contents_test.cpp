@@ -191,3 +191,31 @@ TEST_CASE("an outline lists what light goes through, whatever surface the cell i
   CHECK(outlined == 600);
   CHECK(crossings > 5000);
 }
+
+TEST_CASE("an outline is given up or not whatever structure is searched") {
+  test::Random random(95);
+  int outlined = 0, given_up = 0;
+  for (int round = 0; round < 600; ++round) {
+    std::vector<scene::Object> objects;
+    const Place place(random, false);
+    for (int i = 0; i < 6; ++i) {
+      const Vec3 at = random.in_cube(6);
+      const auto vertex = [&] { return at + random.direction() * random.between(0.5, 4); };
+      objects.emplace_back().shape = scene::Triangle{{vertex(), vertex(), vertex()}};
+    }
+    const auto contents = [&](scene::Acceleration acceleration) {
+      scene::Description description = with_materials(objects);
+      scene::PointLight soft;
+      soft.radius = 1;
+      description.lights.push_back(soft);  // so that silhouettes are asked for
+      const shading::Scene scene = test::compiled(description, acceleration);
+      return CellContents::outlined(scene.world, place.cell, place.target, {0, 0});
+    };
+    const CellContents one = contents(scene::Acceleration::bvh), other = contents(scene::Acceleration::median);
+    CHECK((one.outline() == nullptr) == (other.outline() == nullptr));
+    (one.outline() == nullptr ? given_up : outlined) += 1;
+  }
+  MESSAGE(outlined, " outlines, ", given_up, " given up");
+  CHECK(outlined > 100);
+  CHECK(given_up > 10);
+}

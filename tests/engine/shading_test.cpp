@@ -240,6 +240,30 @@ TEST_CASE("a panel without end lights a slope, and a ball hides its share, the m
   }
 }
 
+TEST_CASE("light of one color is told as exactly as light of another, and takes as many samples") {
+  const auto render = [](const char* color, double height) {
+    return test::render(
+               api::parse_job(fmt::format(
+                   R"({{"scene": {{"camera": {{"position": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov": 20}},
+          "objects": [{{"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1], "material": {{"diffuse": 0.6, "specular": 0.3}}}},
+            {{"type": "sphere", "center": [0.3, 0, {}], "radius": 0.2}}],
+          "lights": [{{"type": "rectangle", "corner": [-1, -1, 6], "edge_u": [0, 2, 0], "edge_v": [2, 0, 0], "intensity": {}}}]}},
+          "options": {{"width": 12, "height": 12, "samples_per_pixel": 4, "shadow_samples": 256, "target_error": 0.004}}}})",
+                   height, color)))
+        .stats;
+  };
+  // A ball before the light, and one behind it, where all samples agree.
+  for (const double height : {1.0, 20.0}) {
+    const render::Stats red = render("[2, 0, 0]", height);
+    CHECK(red.estimated_error > 0);
+    for (const char* color : {"[0, 2, 0]", "[0, 0, 2]"}) {
+      const render::Stats other = render(color, height);
+      CHECK(other.estimated_error == red.estimated_error);
+      CHECK(other.rays.camera == red.rays.camera);
+    }
+  }
+}
+
 TEST_CASE("a sphere light from inside, on its surface, just outside and far away") {
   const auto lit = [](double height, const std::string& material) {
     return red(fmt::format(
