@@ -165,6 +165,18 @@ TEST_CASE("what varies little along a surface is told better by all points than 
   CHECK(told < 1.5 * after);
 }
 
+TEST_CASE("what rises evenly along a surface is left as it is, however little its samples tell") {
+  Points points;
+  add_square(points);
+  for (const auto& [a, b] : {std::pair(0.1, 0.0), {0.0, -0.1}, {0.08, 0.05}}) {
+    const auto slope = [&](const shading::PixelPlace& p) { return 0.5 + a * (p.x - 1.5) + b * (p.y - 1.5); };
+    auto seen = seen_by(points, 0.01, slope);
+    shading::shadows::share_samples(points.batch, all, false, seen.data());
+    for (std::size_t lane = 0; lane < lane_count; ++lane)
+      CHECK(seen[lane].mean.r == doctest::Approx(slope(points.batch.pixel(lane))).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("an edge that samples show sharply stays sharp") {
   Points points;
   add_square(points);
