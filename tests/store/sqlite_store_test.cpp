@@ -62,6 +62,36 @@ TEST_CASE("files of images go when the last job that has them goes") {
   CHECK(files_in(directory / "blobs") == 0);
 }
 
+TEST_CASE("a preview that another job is about to refer to stays when its own job's image goes") {
+  const TemporaryDirectory directory;
+  SqliteStore store(in_directory(directory.path()));
+  const auto with_preview = [](const std::string& bytes) {
+    Ending ending = success(bytes);
+    ending.image->png_preview = std::make_shared<const std::string>("png bytes");
+    return ending;
+  };
+  for (const char* id : {"a", "b"}) {
+    store.create(job_of(id), "body", {});
+    store.start(id, noon);
+  }
+  REQUIRE(store.finish("a", with_preview("float bytes")));
+  // While the image of the one is about to go, that of the other is stored, and its row has to wait.
+  std::jthread other;
+  Retention retention;
+  retention.image_age = seconds(1);
+  retention.is_held = [&](const std::string& id) {
+    if (!other.joinable()) other = std::jthread([&] { CHECK(store.finish("b", with_preview("other bytes"))); });
+    while (!fs::exists(blob_path(directory.path(), "other bytes"))) std::this_thread::yield();
+    return id == "b";
+  };
+  store.expire(retention, noon + hours(1));
+  other.join();
+  CHECK(store.image("a")->state == ImageState::expired);
+  const auto found = store.image("b");
+  REQUIRE(found->state == ImageState::present);
+  CHECK(*found->image.png_preview == "png bytes");
+}
+
 TEST_CASE_TEMPLATE("a preview counts with its image", Store, MemoryStore, FreshSqliteStore) {
   Store store;
   store.create(job_of("a"), "body", {});
