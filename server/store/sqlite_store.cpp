@@ -49,9 +49,9 @@ SqliteStore::SqliteStore(SqliteSettings settings)
 Database SqliteStore::open() {
   const bool is_unclean = directory_.is_unclean();
   try {
-    // One that was killed while it began leaves an empty file.
+    // One that was killed while it began leaves an empty file, and a single byte is none to SQLite.
     const bool has_database =
-        std::filesystem::exists(directory_.database()) && std::filesystem::file_size(directory_.database()) > 0;
+        std::filesystem::exists(directory_.database()) && std::filesystem::file_size(directory_.database()) > 1;
     if (!has_database && !blobs_.is_empty()) throw std::runtime_error("there are images, but the database is missing");
     directory_.mark_unclean();
     Database database(directory_.database(), Database::Access::write);

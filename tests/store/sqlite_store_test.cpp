@@ -156,9 +156,19 @@ TEST_CASE("an empty database beside images is not taken for a new one; alone, an
     store.create(job_of("a"), "body", {});
     finish(store, "a", success("bytes"));
   }
-  fs::resize_file(directory / "penumbra.db", 0);
-  CHECK_THROWS_AS(SqliteStore(in_directory(directory.path())), std::runtime_error);
-  CHECK(fs::exists(blob_path(directory.path(), "bytes")));
+  // To SQLite one byte is none; one that is cut off later is there, though damaged.
+  for (const std::uintmax_t size : {2, 1, 0}) {
+    fs::resize_file(directory / "penumbra.db", size);
+    std::string why;
+    try {
+      const SqliteStore store(in_directory(directory.path()));
+    } catch (const std::runtime_error& error) {
+      why = error.what();
+    }
+    CHECK(why.ends_with("the database is missing") == (size < 2));
+    CHECK_FALSE(why.empty());
+    CHECK(fs::exists(blob_path(directory.path(), "bytes")));
+  }
   const TemporaryDirectory other;
   fs::create_directory(other / "real");
   fs::create_directory_symlink("real", other / "link");
