@@ -26,6 +26,8 @@ TEST_CASE("everything is there again after a stop, and after a crash") {
     copy_open_store(open, crashed);
     store.put_back("c", 12);
   }
+  CHECK_FALSE(fs::exists(open + "/unclean"));
+  CHECK(fs::exists(crashed + "/unclean"));
   for (const std::string& path : {open, crashed}) {
     SqliteStore store(in_directory(path));
     CHECK(store.find("a")->state == JobState::succeeded);
