@@ -119,6 +119,23 @@ TEST_CASE("a plane rejects a cylinder whose rims lie beyond it, and none of whic
   CHECK(missed > 500);
 }
 
+TEST_CASE("a cylinder that reaches a plane by next to nothing is not missed, whatever way the plane faces") {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      Vec3 outward, along;
+      outward[axis] = sign, along[(axis + 1) % 3] = 1;
+      HalfSpaces region({}, reach, everywhere);
+      region.add(outward, 1);
+      for (const double radius : {0.5, 2.0}) {
+        for (const double beyond : {-1e-9, 1e-3}) {
+          const geometry::CylinderShape cylinder{outward * (1 + radius + beyond), along, radius, 3, true};
+          CHECK(region.miss(cylinder) == (beyond > 0));
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("single precision rejects nothing that double precision keeps") {
   test::Random random(54);
   int outside = 0;
