@@ -229,6 +229,25 @@ TEST_CASE("a normal cone holds the normals below it and of their neighbours, and
   CHECK(narrow > 20);
 }
 
+TEST_CASE("a tree of triangles that nothing tells apart is no deeper than halves make it") {
+  accel::TriangleSet triangles;
+  triangles.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  triangles.corners.assign(4000, {0, 1, 2});
+  const WideTree tree(triangles, {}, accel::run_in_turn);
+  const auto depth = [&](const auto& self, std::uint32_t reference) -> int {
+    if (WideTree::sort_of(reference) != WideTree::Sort::node) return 0;
+    int deepest = 0;
+    for (const std::uint32_t child : tree.nodes()[WideTree::index_of(reference)].child)
+      deepest = std::max(deepest, self(self, child));
+    return deepest + 1;
+  };
+  // Nine halvings leave eight of 4000 at most.
+  CHECK(depth(depth, tree.root()) <= 9);
+  std::vector<std::uint32_t> found;
+  collect(tree, tree.root(), found);
+  CHECK(found.size() == 4000);
+}
+
 TEST_CASE("single precision is finest where most entries are, however far a few reach") {
   test::Random random(71);
   accel::TriangleSet triangles;
