@@ -76,6 +76,13 @@ TEST_CASE("an edge that only just reaches into an area light's rim hides what it
   render::Switches rays;
   rays.shadow_outlines = rays.few_rays = false;
   CHECK(test::rmse(test::render(job).film->rgb, test::render(job, rays).film->rgb) < 1e-4);
+  // By less than what a place on the edge is rounded to.
+  job = api::parse_job(R"({"scene": {"camera": {"position": [-1.52, 3.5, 0], "look_at": [0, 0, 0], "vertical_fov": 40},
+      "objects": [{"type": "polygon", "vertices": [[0, 0, 0], [5, 0, 5], [5, 0, -5], [0, 0, -5]]},
+      {"type": "triangle", "vertices": [[1, 0, -1.2], [0, 0, -1], [0, 1.2, 0]]}],
+      "lights": [{"type": "rectangle", "corner": [0, 0, -2], "edge_u": [2.62, 0, 0], "edge_v": [0, 1.54, 0],
+      "intensity": 5}]}, "options": {"width": 20, "height": 20, "shadow_samples": 1024}})");
+  CHECK(test::rmse(test::render(job).film->rgb, test::render(job, rays).film->rgb) < 1e-4);
 }
 
 TEST_CASE("few samples of an area light are right on average, and none is darker than black") {

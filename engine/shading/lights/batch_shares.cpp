@@ -13,7 +13,7 @@ BatchShares::BatchShares(const BatchLighting& lighting, const LightTerms& terms)
 }
 
 Color BatchShares::lobe(std::size_t lane) const {
-  if ((terms_.in_front >> lane & 1) == 0) return math::black;
+  if (((terms_.facing & terms_.in_front) >> lane & 1) == 0) return math::black;
   const CompiledMaterial& material = *lighting_.points.point(lane).material;
   return material.diffuse * terms_.diffuse[lane] + highlight(material, terms_.mirrored[lane]);
 }

@@ -33,16 +33,17 @@ void ChordSweep::clip_to_square(std::span<const SilhouetteEdge> silhouette) {
   for (const SilhouetteEdge& edge : silhouette) {
     const Vec3 &a = edge.from, &b = edge.to;
     double begin = 0, end = 1;
+    bool enters = false, leaves = false;               // whatever the places are rounded to
     const auto clip = [&](double at_a, double at_b) {  // to where this is not negative
       if (at_a < 0 && at_b < 0) end = -1;
-      if (at_a < 0 && at_b >= 0) begin = std::max(begin, at_a / (at_a - at_b));
-      if (at_a >= 0 && at_b < 0) end = std::min(end, at_a / (at_a - at_b));
+      if (at_a < 0 && at_b >= 0) enters = true, begin = std::max(begin, at_a / (at_a - at_b));
+      if (at_a >= 0 && at_b < 0) leaves = true, end = std::min(end, at_a / (at_a - at_b));
     };
     clip(a.z * half_square - a.x, b.z * half_square - b.x), clip(a.z * half_square + a.x, b.z * half_square + b.x);
     clip(a.z * half_square - a.y, b.z * half_square - b.y), clip(a.z * half_square + a.y, b.z * half_square + b.y);
     if (!(begin <= end)) continue;  // one that only just reaches in or out pierces the rim all the same
-    edges_.push_back({begin > 0 ? at(a, b, begin) : in_plane(a), end < 1 ? at(a, b, end) : in_plane(b), begin > 0,
-                      end < 1, edge.jump, edge.place});
+    edges_.push_back({enters ? at(a, b, begin) : in_plane(a), leaves ? at(a, b, end) : in_plane(b), enters, leaves,
+                      edge.jump, edge.place});
   }
 }
 
