@@ -96,7 +96,7 @@ class Lamps {
   std::map<Key, std::uint32_t> items_;
 };
 
-/// Whether a box meets none of the scene but the item `lamp`, for certain.
+/// Whether nothing of the scene but the item `lamp` reaches into a ball, for certain.
 class FreeSpace {
  public:
   FreeSpace(const accel::World& world, std::uint32_t lamp, const Vec3& center, double radius)

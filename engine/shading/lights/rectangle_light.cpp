@@ -97,7 +97,8 @@ Color lit_by(const RectangleLight& light, const Lighting& lighting, const LightP
   const Vec3 u = light.edge_u * 0.5, v = light.edge_v * 0.5, lift = seen.lift(lighting.scene.extent);
   // Around the ellipse around the light.
   const double reach = std::sqrt(2 * (dot(u, u) + dot(v, v))) * (1 + math::gamma(64));
-  Sight sight = lighting.shadows.aim(at, place.index, {light.corner + u + v, reach, false, reach}, seen.has_cells());
+  Sight sight = lighting.shadows.aim(at, place.index, {light.corner + u + v, reach, false, reach},
+                                     seen.is_small() && seen.has_cells());
   if (const auto diffuse = seen.is_small() ? exact() : std::nullopt) {
     const shadows::SeenArea area{seen.corner + u + v + lift, u, v};
     if (const auto sum =

@@ -95,7 +95,8 @@ Color lit_by(const SphereLight& light, const Lighting& lighting, const LightPlac
   if (!seen.has_effect()) return lighting.skip_if(true, &Counters::lights_facing_away), math::black;
   const bool is_exact = lighting.switches.exact_area_lights;
   const auto exact_diffuse = [&] { return is_exact ? seen.exact_diffuse() : std::nullopt; };
-  Sight sight = lighting.shadows.aim(at, place.index, {light.center, light.radius, false, light.radius}, true);
+  Sight sight = lighting.shadows.aim(at, place.index, {light.center, light.radius, false, light.radius},
+                                     light.stands_free && seen.is_small());
   const std::uint32_t ignored = is_exact ? light.lamp : accel::no_item;
   if (const auto diffuse = light.stands_free && seen.is_small() ? exact_diffuse() : std::nullopt) {
     const shadows::SeenArea area = seen.area(ignored);

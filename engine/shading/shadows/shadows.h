@@ -27,7 +27,7 @@
 ///   disc_cover       what simple shapes hide of the disc; chord_sweep, cover_chords: the share that is left
 ///   batch.cpp        points side by side; shared_samples: what all of them tell of each
 ///   shadow_rays.cpp  segments and bundles of them, where all of that does not tell
-///   area_shadow.cpp  the same first steps for area lights, whose samples are rays
+///   area_shadow.cpp  lines across area lights; or the same first steps, and rays
 namespace penumbra::shading::shadows {
 
 /// A disc light as a point sees it: around point + `axis`, with half-axes of length `radius` across the unit `normal`;
